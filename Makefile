@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+# Everything runs in .venv, which tools/bootstrap.sh makes on first use (PYTHON=python3.12 chooses another Python).
+
+BIN := .venv/bin
+BAG := bags/room_rgbd
+
+.PHONY: help demo test lint fuzz clean
+.DEFAULT_GOAL := help
+
+help:  ## list these targets
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+
+demo:  ## replay the bundled bag; ends with the table of errors and the path of the report
+	@tools/bootstrap.sh
+	@$(BIN)/vigg replay $(BAG) --config rgbd --output vigg_replay_demo_$$(date +%Y%m%d_%H%M%S)
+
+test:  ## run the tests; skipped ones are listed with their reason
+	@tools/bootstrap.sh dev
+	@$(BIN)/python -m pytest -rs $(PYTEST_ARGS)
+
+lint:  ## ruff, and mypy (strict on registration, tracking and messages)
+	@tools/bootstrap.sh dev
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy
+
+fuzz:  ## the hostile inputs, and all properties with many more random examples
+	@tools/bootstrap.sh dev
+	@$(BIN)/python -m pytest -rs --hypothesis-profile=fuzz -m "hostile or hypothesis" $(PYTEST_ARGS)
+
+clean:  ## remove what these targets made, .venv and the demo's reports included
+	rm -rf .venv build install log vigg_replay_demo_* *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

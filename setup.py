@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Installs the package, for pip and for colcon (ament_python). The version is the one in package.xml."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+HERE = Path(__file__).parent
+NAME = "vigg_ros"
+TEST = ["pytest>=7.4", "hypothesis>=6.98"]
+
+
+def shared_files():
+    """The pairs (folder below the prefix, files) that ROS 2 looks up under share/."""
+    files = [path for folder in ("config", "launch", "bags") for path in sorted((HERE / folder).rglob("*"))]
+    by_folder = {}
+    for path in files:
+        if path.is_file() and "__pycache__" not in path.parts:
+            relative = path.relative_to(HERE)
+            by_folder.setdefault(f"share/{NAME}/{relative.parent}", []).append(str(relative))
+    return [
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        *by_folder.items(),
+    ]
+
+
+setup(
+    name=NAME,
+    version=ElementTree.parse(HERE / "package.xml").findtext("version"),
+    description="Registration of camera frames with depth (ViGG), online in ROS 2 and offline from bags",
+    license="Apache-2.0",
+    author="The vigg_ros authors",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed", "**/*.html", "**/*.css"]},
+    data_files=shared_files(),
+    zip_safe=False,
+    python_requires=">=3.10",
+    install_requires=[
+        "numpy>=1.26",
+        "scipy>=1.11",
+        "opencv-python-headless>=4.6",
+        "open3d>=0.18",
+        "numba>=0.58",
+        "small_gicp>=1.0",
+        "rosbags>=0.11",
+        "pyyaml>=6.0",
+        "matplotlib>=3.6",
+    ],
+    extras_require={
+        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "evaluation": ["evo", "kiss-matcher"],
+        "test": TEST,
+        "dev": [*TEST, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
+    },
+    entry_points={"console_scripts": ["vigg = vigg_ros.cli:main", "registrar = vigg_ros.node:main"]},
+)
