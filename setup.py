@@ -14,12 +14,12 @@ TEST = ["pytest>=7.4", "hypothesis>=6.98"]
 
 def shared_files():
     """The pairs (folder below the prefix, files) that ROS 2 looks up under share/."""
-    files = [path for folder in ("config", "launch", "bags") for path in sorted((HERE / folder).rglob("*"))]
     by_folder = {}
-    for path in files:
-        if path.is_file() and "__pycache__" not in path.parts:
-            relative = path.relative_to(HERE)
-            by_folder.setdefault(f"share/{NAME}/{relative.parent}", []).append(str(relative))
+    for pattern in ("config/*", "launch/*.py", "bags/*.md", "bags/*/*"):
+        for path in sorted(HERE.glob(pattern)):
+            if path.is_file() and path.parent.name != "__pycache__":
+                relative = path.relative_to(HERE)
+                by_folder.setdefault(f"share/{NAME}/{relative.parent}", []).append(str(relative))
     return [
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

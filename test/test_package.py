@@ -18,9 +18,8 @@ ROOT = Path(__file__).parents[1]
 MANIFEST = ElementTree.parse(ROOT / "package.xml").getroot()
 MODULES = sorted((ROOT / "vigg_ros").rglob("*.py"))
 # Named folders, not the root: below it also lie .venv and colcon's build and install.
-SOURCES = sorted(
-    [*ROOT.glob("*.py"), *(p for name in ("vigg_ros", "test", "tools", "launch") for p in (ROOT / name).rglob("*.py"))]
-)
+FOLDERS = ("vigg_ros", "test", "tools", "launch", "bags")
+SOURCES = sorted([*ROOT.glob("*.py"), *(path for name in FOLDERS for path in (ROOT / name).rglob("*.py"))])
 
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 60
@@ -67,8 +66,8 @@ def test_the_installed_version_and_commands_are_those_of_the_source() -> None:
     except metadata.PackageNotFoundError:
         pytest.skip("vigg_ros is not installed here; make test and colcon test install it")
     assert installed.version == vigg_ros.__version__
-    commands = [(entry.name, entry.value) for entry in installed.entry_points if entry.group == "console_scripts"]
-    assert sorted(commands) == sorted(map(tuple, CONSOLE_SCRIPTS))
+    commands = [[e.name, e.value] for e in installed.entry_points if e.group == "console_scripts"]
+    assert sorted(commands) == sorted(CONSOLE_SCRIPTS)
 
 
 @pytest.mark.parametrize(("command", "target"), CONSOLE_SCRIPTS)

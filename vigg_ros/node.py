@@ -18,7 +18,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="registrar",
         description="Registers camera frames with depth, online, as a ROS 2 node.",
-        epilog="Not in this release: the node comes later. To register a recorded bag now, run: vigg replay BAG",
+        epilog=NOT_YET,
     )
     # Unknown arguments are let through: ros2 run and launch add --ros-args and more.
     parser.parse_known_args(arguments)
