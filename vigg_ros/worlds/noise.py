@@ -28,7 +28,7 @@ class KinectNoise:
     """Focal length times baseline: disparity in pixels = this / z."""
     disparity_step_px: float = 0.125
     """Disparities come in steps; 0 measures continuously."""
-    correlation_px: float = 1.0
+    correlation_px: float = 1.5
     """Neighbouring errors go together, as the sensor matches windows: the blur of the error; 0 = white."""
     steepest_deg: float = 80.0
     """Surfaces seen at a more grazing angle, and depth edges, give no depth."""

@@ -30,18 +30,18 @@ class HandheldLoop:
     """
 
     eye: tuple[float, float, float] = (-0.75, -0.3, 1.35)
-    eye_swing_m: tuple[float, float, float] = (0.35, 0.45, 0.12)
+    eye_swing_m: tuple[float, float, float] = (0.3, 0.38, 0.1)
     target: tuple[float, float, float] = (1.5, 0.1, 0.8)
-    target_swing_m: tuple[float, float, float] = (0.0, 0.75, 0.2)
+    target_swing_m: tuple[float, float, float] = (0.0, 0.6, 0.2)
     roll_swing_deg: float = 4.0
-    tremor_m: float = 0.003
-    period_s: float = 6.0
+    tremor_m: float = 0.002
+    period_s: float = 5.0
 
     def T_world_camera(self, time_s: float) -> Pose:
         """The camera's optical frame in the world at a time; periodic in period_s."""
         phase = 2 * math.pi * time_s / self.period_s
         swing = (math.cos(phase), math.sin(phase), math.sin(2 * phase))
-        look = (math.cos(phase), math.sin(phase + 0.6), math.cos(phase))
+        look = (math.cos(phase), math.sin(phase + 2.6), math.cos(phase + 1))
         tremor = (math.sin(13 * phase), math.sin(17 * phase + 1), math.sin(11 * phase + 2))
         eye = np.asarray(self.eye) + np.multiply(self.eye_swing_m, swing) + self.tremor_m * np.asarray(tremor)
         target = np.asarray(self.target) + np.multiply(self.target_swing_m, look)

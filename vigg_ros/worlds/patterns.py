@@ -186,9 +186,7 @@ def _draw_shape(rng: Rng, canvas: Canvas, size_px: float) -> None:
     cv2.fillPoly(canvas, [np.rint(outline).astype(np.int32)], colour)
 
 
-def _write(
-    rng: Rng, canvas: Canvas, baseline_px: Size, size_px: Size, *, ink: Colour = (30, 30, 30)
-) -> None:
+def _write(rng: Rng, canvas: Canvas, baseline_px: Size, size_px: Size, *, ink: Colour = (30, 30, 30)) -> None:
     """A line of invented letters from a baseline point: each a few strokes between points of a grid."""
     width_px, height_px = size_px
     letter_px = np.array((0.6 * height_px, height_px))

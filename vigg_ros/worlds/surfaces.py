@@ -64,7 +64,9 @@ class Rectangle:
 
     def ranges(self, origins: Array, directions: Array) -> Array:
         origin = _to_local(self.T_world_surface, origins)
-        x, y, z = np.moveaxis(directions @ self.T_world_surface[:3, :3], -1, 0)
+        if (origin[..., 2] <= 0).all():
+            return np.full(directions.shape[:-1], np.inf)
+        x, y, z = (directions @ axis for axis in self.T_world_surface[:3, :3].T)
         with np.errstate(divide="ignore", invalid="ignore"):
             ranges = -origin[..., 2] / z
             inside = np.abs(origin[..., 0] + ranges * x) <= self.size_m[0] / 2
