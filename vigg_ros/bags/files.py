@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One storage file, read by rosbags as far as that goes and by the sequential readers beyond."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+import sys
+from collections import Counter
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+from vigg_ros.bags.indexed import IndexedFile
+from vigg_ros.bags.losses import Ledger
+from vigg_ros.bags.mcap import McapScan
+from vigg_ros.bags.sqlite import SqliteRows, is_cut
+from vigg_ros.bags.storage import RawMessage, Storage
+from vigg_ros.registration.errors import BagError
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+_REMEDIES = {
+    ".mcap": "copy it again, or rescue what is left with 'mcap recover'",
+    ".db3": "copy it again, or rescue what is left with sqlite3's '.recover'",
+    ".bag": "copy it again, or rebuild its index with 'rosbag reindex'",
+}
+
+
+class StorageFile:
+    """A storage file (``storage.Storage``) that hands on every readable message exactly once.
+
+    Opening raises BagError with a remedy when nothing can be read; reading raises nothing, what cannot
+    be read goes to the ledger. ``cut`` tells that the end of the file is missing.
+    """
+
+    def __init__(self, path: Path, ledger: Ledger) -> None:
+        self._path = path
+        self._ledger = ledger
+        self._check_size()
+        self._primary = self._open()
+        self.channels = self._primary.channels
+        self.counts = self._primary.counts
+        self.cut = isinstance(self._primary, McapScan) and self._primary.cut
+
+    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+        """The readable messages of these topics, in the order of log time for an undamaged file."""
+        delivered: Counter[tuple[str, int]] = Counter()
+        for source in self._sources():
+            repeated = Counter(delivered)
+            try:
+                for raw in source.messages(topics):
+                    key = raw.channel.topic, raw.log_ns
+                    if repeated[key]:
+                        repeated[key] -= 1
+                    else:
+                        delivered[key] += 1
+                        yield raw
+                return
+            except Exception as error:  # damaged files make rosbags fail in ways nobody lists
+                self._ledger.damage(f"{self._path.name}: {_words(error)}")
+
+    def _sources(self) -> Iterator[Storage]:
+        """What to read, and what to go on with when that fails."""
+        yield self._primary
+        try:
+            fallback = self._open_fallback()
+        except BagError:
+            return
+        yield fallback
+        fallback.close()
+
+    def close(self) -> None:
+        """Release the file."""
+        self._primary.close()
+
+    def _check_size(self) -> None:
+        if self._path.stat().st_size == 0:
+            raise BagError(f"{self._path} is empty (0 bytes): nothing was recorded, or the copy failed")
+        if self._path.suffix == ".db3" and is_cut(self._path):
+            raise BagError(f"{self._path} is cut: it is shorter than its header says; {self._remedy}")
+        journal = self._path.with_name(self._path.name + "-wal")
+        if journal.is_file() and journal.stat().st_size:
+            self._ledger.damage(
+                f"{journal.name} holds messages that were never merged; "
+                f"do it with sqlite3 {self._path.name} 'PRAGMA wal_checkpoint' and read the bag again"
+            )
+
+    def _open(self) -> Storage:
+        try:
+            return IndexedFile(self._path)
+        except Exception as error:  # as above
+            fallback = self._open_fallback(error)
+            self._ledger.note(
+                f"{self._path.name} is read from front to back, without its index: {_words(error)}"
+            )
+            return fallback
+
+    def _open_fallback(self, cause: Exception | None = None) -> Storage:
+        fallback: Storage | None = None
+        try:
+            if self._path.suffix == ".mcap":
+                fallback = McapScan(self._path, self._ledger)
+            elif self._path.suffix == ".db3":
+                fallback = SqliteRows(self._path, self._ledger)
+        except (OSError, sqlite3.Error) as error:
+            cause = error
+        if fallback is None or not fallback.counts:
+            raise BagError(f"{self._path} cannot be read ({_words(cause)}); {self._remedy}") from cause
+        return fallback
+
+    @property
+    def _remedy(self) -> str:
+        return _REMEDIES[self._path.suffix]
+
+
+def unpack_file(path: Path, folder: Path, ledger: Ledger) -> Path:
+    """The storage file itself if it is not packed as a whole (.zstd), else its unpacked copy in a folder.
+
+    Raises BagError when the disk has no room for it.
+    """
+    if path.suffix != ".zstd":
+        return path
+    unpacked = folder / path.stem
+    try:
+        with zstd.open(path, "rb") as source, unpacked.open("wb") as target:
+            shutil.copyfileobj(source, target)
+    except (zstd.ZstdError, EOFError) as error:
+        ledger.damage(f"{path.name} cannot be unpacked to its end ({error})")
+    except OSError as error:
+        raise BagError(f"{path} cannot be unpacked into {folder}: {error}") from error
+    return unpacked
+
+
+def _words(error: Exception | None) -> str:
+    """An error of another library in one short line."""
+    return f"{type(error).__name__}: {str(error)[:150]}" if str(error) else type(error).__name__
