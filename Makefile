@@ -21,8 +21,8 @@ test:  ## run the tests; skipped ones are listed with their reason
 
 lint:  ## ruff, and mypy (strict on registration, tracking and messages)
 	@tools/bootstrap.sh dev
-	@$(BIN)/ruff check .
-	@$(BIN)/mypy
+	@$(BIN)/python -m ruff check .
+	@$(BIN)/python -m mypy
 
 fuzz:  ## the hostile inputs, and all properties with many more random examples
 	@tools/bootstrap.sh dev

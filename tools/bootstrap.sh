@@ -44,12 +44,16 @@ LIBRARIES
 }
 
 missing_python() {
+    if supported .venv/bin/python; then return; fi
     python=$(find_python)
-    if [ -x .venv/bin/python ]; then return; fi
-    if [ -z "$python" ]; then
+    if [ -n "$python" ]; then
+        # Debian keeps ensurepip in a package apart.
+        "$python" -c 'import ensurepip, venv' 2>/dev/null \
+            || "$python" -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])'
+    elif [ -z "${PYTHON:-}" ] && ! command -v python3 >/dev/null; then
         echo python3 python3-venv
-    elif ! "$python" -c 'import ensurepip, venv' 2>/dev/null; then  # Debian keeps these in a package apart
-        "$python" -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])'
+    else
+        fail "needs Python 3.10, 3.11 or 3.12, which ${PYTHON:-python3} is not. Choose one by PYTHON=/path/to/it."
     fi
 }
 
@@ -74,25 +78,26 @@ install_system_packages() {
 }
 
 make_environment() {
-    if [ -x .venv/bin/python ] && supported .venv/bin/python; then return; fi
+    if supported .venv/bin/python && .venv/bin/python -m pip --version >/dev/null 2>&1; then return; fi
     python=$(find_python)
-    [ -n "$python" ] || fail "needs Python 3.10, 3.11 or 3.12; found $(python3 --version 2>&1). Choose one by PYTHON=..."
     rm -rf .venv
     "$python" -m venv .venv || fail "could not create .venv with $python"
 }
 
 install_package() {
     say "Installing vigg_ros${extra:+ [$extra]} into .venv (2 GB on disk the first time, some minutes) ..."
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".${extra:+[$extra]}" \
+    .venv/bin/python -m pip install -qq --disable-pip-version-check --editable ".${extra:+[$extra]}" \
         || fail "pip could not install the package; its message stands above."
     .venv/bin/python -c 'import cv2, numba, open3d, small_gicp' \
         || fail "a library of this system is missing; the last line above names it."
 }
 
 if is_current "$stamp" || { [ -z "$extra" ] && is_current .venv/.installed-dev; }; then exit 0; fi
-# Unquoted on purpose: a list of names.
-packages=$(echo $(missing_python) $(missing_libraries))
-if [ -n "$packages" ]; then install_system_packages $packages; fi
+packages=$(missing_python)
+packages="$packages $(missing_libraries)"
+# shellcheck disable=SC2086  # a list of names
+set -- $packages
+if [ $# -gt 0 ]; then install_system_packages "$@"; fi
 make_environment
 install_package
 checksum >"$stamp"
