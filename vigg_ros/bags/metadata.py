@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from ruamel.yaml import YAML
+import yaml
 
 from vigg_ros.bags.losses import Ledger
 from vigg_ros.registration.errors import BagError
@@ -93,7 +93,7 @@ def _read_metadata(path: Path) -> tuple[list[str], Counter[str]]:
     try:
         if path.stat().st_size > _METADATA_BYTES_MAX:
             raise ValueError(f"larger than {_METADATA_BYTES_MAX} bytes")
-        document = YAML(typ="safe").load(path.read_bytes().decode())
+        document = yaml.safe_load(path.read_bytes().decode())
         return _parse_metadata(document["rosbag2_bagfile_information"])
     except Exception as error:  # garbage makes a YAML parser fail in ways nobody lists
         raise BagError(
