@@ -4,22 +4,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Union
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.rectification import Rectifier, resized
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something odd about a message that was accepted; said once per topic and code."""
+
+    code: str
+    found: str
+    taken: str
+    """What was made of it."""
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"found {self.found}, {self.taken}; {self.remedy}"
 
 
 @dataclass(frozen=True, slots=True)
 class ColourImage:
-    """A colour or grey image: (H, W, 3) BGR or (H, W), uint8."""
+    """A colour or grey image: (H, W, 3) BGR or (H, W), uint8; it may be a read-only view of the message."""
 
     stamp_ns: int
     frame_id: str
     image: NDArray[np.uint8]
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,25 +45,68 @@ class DepthImage:
     stamp_ns: int
     frame_id: str
     depth_m: NDArray[np.float32]
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """A camera: the intrinsics of its rectified image."""
+    """A camera: the intrinsics of its rectified image, and how to get there from the image it publishes."""
 
     stamp_ns: int
     frame_id: str
     camera: Camera
+    rectifier: Rectifier | None = None
+    """None where the published images are rectified already."""
+    cropped: bool = False
+    """A region of interest is set: an image of another size is then not a scaled one."""
+    notes: tuple[Note, ...] = ()
+
+    def fitted_to(self, image_shape: tuple[int, ...]) -> Calibration:
+        """This calibration for images of shape (H, W, ...): itself, or scaled if the aspect is the same.
+
+        Raises DataError when images of this size cannot come from this camera.
+        """
+        height_px, width_px = image_shape[:2]
+        camera = self.camera
+        if (width_px, height_px) == (camera.width_px, camera.height_px):
+            return self
+        # Drivers round the smaller side, so equal aspect means to within a pixel of either image.
+        mismatch = abs(width_px * camera.height_px - height_px * camera.width_px)
+        if self.cropped or mismatch >= min(width_px, camera.width_px):
+            raise DataError(
+                "CALIBRATION_SIZE",
+                found=f"an image of {width_px}x{height_px} with a CameraInfo for "
+                f"{camera.width_px}x{camera.height_px}",
+                expected="equal sizes, or equal aspect without a region of interest",
+                remedy="use the CameraInfo that belongs to this image",
+            )
+        rectifier = None if self.rectifier is None else self.rectifier.resized(width_px, height_px)
+        return replace(self, camera=resized(camera, width_px, height_px), rectifier=rectifier)
 
 
 @dataclass(frozen=True, slots=True)
 class PointCloud:
-    """A scan: points (N, 3) float32, metres, all finite; times_s (N,) float64 relative to the stamp, if known."""
+    """A scan: points (N, 3) float32, metres, all finite; times_s (N,) from the stamp on, if known."""
 
     stamp_ns: int
     frame_id: str
     points: NDArray[np.float32]
     times_s: NDArray[np.float64] | None = None
+    notes: tuple[Note, ...] = ()
 
 
-Observation = Union[ColourImage, DepthImage, Calibration, PointCloud]
+@dataclass(frozen=True, slots=True)
+class StampedPose:
+    """A frame as seen from another: p_frame = T_frame_child @ p_child, (4, 4) float64.
+
+    ``child_frame_id`` is empty where the message does not name it (PoseStamped).
+    """
+
+    stamp_ns: int
+    frame_id: str
+    child_frame_id: str
+    T_frame_child: NDArray[np.float64]
+    notes: tuple[Note, ...] = ()
+
+
+Observation = ColourImage | DepthImage | Calibration | PointCloud | StampedPose

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rotation matrices and the quaternions (x, y, z, w) of geometry_msgs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.errors import DataError
+
+
+def quaternion_from_rotation(R: NDArray[np.floating]) -> tuple[float, float, float, float]:
+    """The unit quaternion (x, y, z, w) with w >= 0 of a rotation (3, 3).
+
+    Each of the four rows of products q_i * q (Shepperd, 1978) is a multiple of q; the longest one keeps
+    its digits at every angle, 180 degrees included.
+    """
+    m = np.asarray(R, dtype=np.float64)
+    trace = m[0, 0] + m[1, 1] + m[2, 2]
+    products = np.diag([2 * m[0, 0] - trace, 2 * m[1, 1] - trace, 2 * m[2, 2] - trace, trace])
+    products += np.eye(4)
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        products[i, j] = products[j, i] = m[i, j] + m[j, i]
+    for i, (j, k) in enumerate(((2, 1), (0, 2), (1, 0))):
+        products[i, 3] = products[3, i] = m[j, k] - m[k, j]
+    row = products[int(np.argmax(np.diag(products)))]
+    x, y, z, w = (row / np.linalg.norm(row) * math.copysign(1.0, row[3])).tolist()
+    return x, y, z, w
+
+
+def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
+    """The rotation (3, 3) of a quaternion of any length. Raises DataError if it is zero or not finite."""
+    norm = math.hypot(x, y, z, w)
+    if not math.isfinite(norm) or norm < 1e-6:
+        raise DataError(
+            "BAD_QUATERNION",
+            found=f"quaternion ({x}, {y}, {z}, {w})",
+            expected="a finite one of length 1",
+            remedy="check the publisher of this pose; no rotation is (0, 0, 0, 1)",
+        )
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
