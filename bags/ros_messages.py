@@ -82,7 +82,7 @@ def static_transform(stamp_ns: int, parent: str, child: str, T_parent_child: NDA
 
 
 def point_cloud(stamp_ns: int, frame_id: str, scan: LidarScan) -> Message:
-    """sensor_msgs/PointCloud2, unorganised: x y z intensity time, float32 each; time is relative to the stamp."""
+    """sensor_msgs/PointCloud2, unorganised: float32 x y z intensity and time, relative to the stamp."""
     names = ("x", "y", "z", "intensity", "time")
     rows = np.column_stack((scan.points, scan.intensities, scan.times_s)).astype("<f4")
     fields = [_make("sensor_msgs/msg/PointField", name, 4 * at, 7, 1) for at, name in enumerate(names)]

@@ -9,12 +9,11 @@ from functools import partial
 
 import numpy as np
 
-from vigg_ros.worlds.patterns import carton, label, mottled, planks, poster, vivid
+from vigg_ros.worlds.canvas import Rng, vivid
+from vigg_ros.worlds.patterns import carton, label, mottled, planks, poster
 from vigg_ros.worlds.poses import Pose, flat, upright, upside_down
 from vigg_ros.worlds.scene import Light, Scene
 from vigg_ros.worlds.surfaces import Cylinder, Pattern, Rectangle, Sphere, Surface, box
-
-Rng = np.random.Generator
 
 LENGTH_M, WIDTH_M, HEIGHT_M = 5.0, 4.0, 2.6
 """The room's inside along x, y and z; the world's origin is in the middle of its floor."""
