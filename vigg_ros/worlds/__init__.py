@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rendered worlds: scenes, cameras, LiDARs and motions whose truth is known in closed form."""
 
+from vigg_ros.worlds.hard import HALL_PERIOD_M, bare_room, blank_plane, hall_of_columns, single_plane
 from vigg_ros.worlds.lidar import LidarModel, LidarScan, render_lidar, scan_lidar
 from vigg_ros.worlds.noise import ImageNoise, KinectNoise
 from vigg_ros.worlds.paths import Drive, HandheldLoop, Leg, stamps_ns
 from vigg_ros.worlds.render import render_depth, render_image, render_rgbd
 from vigg_ros.worlds.rooms import room
 from vigg_ros.worlds.scene import Light, Scene
+from vigg_ros.worlds.streets import STREET_DRIVE, street
 
 __all__ = [
+    "HALL_PERIOD_M",
+    "STREET_DRIVE",
     "Drive",
     "HandheldLoop",
     "ImageNoise",
@@ -19,11 +23,16 @@ __all__ = [
     "LidarScan",
     "Light",
     "Scene",
+    "bare_room",
+    "blank_plane",
+    "hall_of_columns",
     "render_depth",
     "render_image",
     "render_lidar",
     "render_rgbd",
     "room",
     "scan_lidar",
+    "single_plane",
     "stamps_ns",
+    "street",
 ]

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from vigg_ros.worlds.canvas import Rng, vivid
+from vigg_ros.worlds.paths import Drive, Leg
 from vigg_ros.worlds.patterns import asphalt, bodywork, bricks, facade, mottled, poster
 from vigg_ros.worlds.poses import Pose, flat, upright
 from vigg_ros.worlds.scene import Light, Scene
@@ -18,6 +19,13 @@ from vigg_ros.worlds.surfaces import Cylinder, Rectangle, Sphere, Surface, box
 ROAD_WIDTH_M = 7.0
 CROSSING_X_M = 20.0
 """The main street runs along x through the origin; a side street leaves it northwards here."""
+
+STREET_DRIVE = Drive(
+    start=(4.0, -0.9, 0.0),
+    speed_mps=5.0,
+    legs=(Leg(5.0), Leg(16.9, 90.0), Leg(5.0), Leg(3.0, 15.0), Leg(3.0, -15.0)),
+)
+"""Along the main street, left into the side street, and a little around what stands there."""
 
 _FRONT_M = 8.5
 """From the middle of a road to the house fronts along it."""
