@@ -58,6 +58,10 @@ class Frame:
         depth_m = self.depth_m[row, column].astype(np.float64)
         return self.camera.lift(pixels, np.where(depth_m > 0, depth_m, np.nan))
 
+    def sensor_position(self) -> NDArray[np.float64]:
+        """Where the points were seen from (3,), metres, in the frame of the results."""
+        return np.zeros(3)
+
     def points(self) -> NDArray[np.float32]:
         """All points (N, 3), metres, in the frame of the results."""
         row, column = np.nonzero(self.depth_m)

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The configuration as a whole: presets, files, and changes by dotted names such as ``visual.top_k``."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration.options import (
+    CliqueConfig,
+    GeometricConfig,
+    KeyframeConfig,
+    LocalMatchConfig,
+    PairingConfig,
+    RefinementConfig,
+    VerificationConfig,
+    VisualConfig,
+    option,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """Everything that can be chosen. The defaults are the ``rgbd`` preset."""
+
+    visual: VisualConfig = VisualConfig()
+    geometric: GeometricConfig = GeometricConfig()
+    cliques: CliqueConfig = CliqueConfig()
+    local_match: LocalMatchConfig = LocalMatchConfig()
+    refinement: RefinementConfig = RefinementConfig()
+    verification: VerificationConfig = VerificationConfig()
+    keyframes: KeyframeConfig = KeyframeConfig()
+    pairing: PairingConfig = PairingConfig()
+    seed: int = option(0, "another draw of the sampled source points", low=0, high=2**31 - 1)
+
+    def __post_init__(self) -> None:
+        for name, spec, value in self.options():
+            _check(name, spec, value)
+        if self.geometric.min_range_m >= self.geometric.max_range_m:
+            raise ConfigError(
+                f"geometric.min_range_m is {self.geometric.min_range_m} and geometric.max_range_m is "
+                f"{self.geometric.max_range_m}; the first must be below the second"
+            )
+
+    def options(self) -> Iterator[tuple[str, dataclasses.Field[Any], Any]]:
+        """Dotted name, field and value of every option, in order of declaration."""
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if dataclasses.is_dataclass(value):
+                yield from ((f"{entry.name}.{f.name}", f, getattr(value, f.name)) for f in fields(value))
+            else:
+                yield entry.name, entry, value
+
+    def replace(self, changes: Mapping[str, Any]) -> Config:
+        """A copy with options changed, by dotted name. Raises ConfigError, and then nothing is changed."""
+        known = {name: spec for name, spec, _ in self.options()}
+        sections: dict[str, dict[str, Any]] = {}
+        for name, value in changes.items():
+            if name not in known:
+                raise ConfigError(_unknown(name, list(known)))
+            section, _, key = name.rpartition(".")
+            sections.setdefault(section, {})[key] = _coerce(name, known[name], value)
+        top = sections.pop("", {})
+        new = {section: dataclasses.replace(getattr(self, section), **keys) for section, keys in sections.items()}
+        return dataclasses.replace(self, **new, **top)
+
+    @classmethod
+    def preset(cls, name: str) -> Config:
+        """A named configuration; see ``PRESETS``."""
+        if name not in PRESETS:
+            raise ConfigError(_unknown(name, list(PRESETS), what="preset"))
+        return cls().replace(PRESETS[name])
+
+    @classmethod
+    def load(cls, path: str | Path) -> Config:
+        """Read a YAML file of sections, or a ROS parameter file that holds them.
+
+        ``preset: lidar`` at the top starts from another preset. Raises ConfigError.
+        """
+        try:
+            content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise ConfigError(f"{path} cannot be read as a YAML file: {error}") from error
+        flat = dict(_flatten(_parameters(content, path)))
+        return cls.preset(str(flat.pop("preset", "rgbd"))).replace(flat)
+
+    def to_yaml(self) -> str:
+        """The file that ``load`` reads back to an equal configuration."""
+        tree: dict[str, Any] = {}
+        for name, _, value in self.options():
+            section, _, key = name.rpartition(".")
+            (tree.setdefault(section, {}) if section else tree)[key] = value
+        return str(yaml.safe_dump(tree, sort_keys=False))
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "rgbd": {},
+    # The paper's method as published: no geometric hypotheses, refinement or refusal.
+    "rgbd_paper": {
+        "geometric.feature_grid_voxels": 1.0,
+        "geometric.normal_radius_voxels": 2.0,
+        "geometric.feature_radius_voxels": 5.0,
+        "geometric.mutual": False,
+        "cliques.geometric_hypotheses": False,
+        "local_match.geometric_prior": False,
+        "refinement.iterations": 0,
+        "verification.enabled": False,
+        "verification.candidates": 1,
+    },
+}
+
+
+def _check(name: str, spec: dataclasses.Field[Any], value: Any) -> None:
+    meta = spec.metadata
+    if meta["choices"] and value not in meta["choices"]:
+        raise ConfigError(f"{name} is {value!r}, expected one of {', '.join(meta['choices'])}")
+    if isinstance(value, (bool, str)):
+        return
+    if not math.isfinite(value) or not meta["low"] <= value <= meta["high"]:
+        raise ConfigError(f"{name} is {value}, expected {meta['low']} to {meta['high']} {meta['unit']}".rstrip())
+
+
+def _coerce(name: str, spec: dataclasses.Field[Any], value: Any) -> Any:
+    """An integer is accepted for a real number; nothing else is converted."""
+    wanted = type(spec.default)
+    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not wanted:
+        raise ConfigError(f"{name} is {value!r}, expected {wanted.__name__}")
+    return value
+
+
+def _unknown(name: str, known: list[str], *, what: str = "option") -> str:
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    hint = f"; did you mean {close[0]}?" if close else f"; known are {', '.join(known)}"
+    return f"unknown {what} {name!r}{hint}"
+
+
+def _parameters(content: Any, path: str | Path) -> Mapping[str, Any]:
+    """The options of a plain file, or those below ros__parameters."""
+    if content is None:
+        return {}
+    if isinstance(content, Mapping) and len(content) == 1:
+        inner = next(iter(content.values()))
+        if isinstance(inner, Mapping) and "ros__parameters" in inner:
+            content = inner["ros__parameters"]
+    if not isinstance(content, Mapping):
+        raise ConfigError(f"{path} holds {type(content).__name__}, expected sections of options")
+    return content
+
+
+def _flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in tree.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            yield from _flatten(value, f"{name}.")
+        else:
+            yield name, value

@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is computed once per frame and kept with a keyframe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.geometric import Landmarks, Surface, build_landmarks, build_surface
+from vigg_ros.registration.visibility import DepthView
+from vigg_ros.registration.visual import Keypoints, detect
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """A frame as registration sees it; all points are in the frame of the results."""
+
+    keypoints: Keypoints
+    landmarks: Landmarks
+    surface: Surface
+    view: DepthView
+
+
+def extract(frame: Frame, config: Config) -> Features:
+    """Keypoints, surface, landmarks and lines of sight of a frame.
+
+    Never fails for want of texture or depth: that shows in the sizes, and ``register`` says so.
+    """
+    surface = build_surface(frame.points(), frame.sensor_position(), config.geometric)
+    return Features(
+        keypoints=detect(frame, config.visual),
+        landmarks=build_landmarks(surface, config.geometric),
+        surface=surface,
+        view=DepthView(frame.camera, frame.depth_m),
+    )

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Voxel grid, normals, FPFH, and global geometric matches (C_geo)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.kernels import surface as surface_kernels
+from vigg_ros.registration.kernels.cells import CellIndex
+from vigg_ros.registration.kernels.voxels import HALF_RANGE, voxel_means
+from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.options import GeometricConfig
+from vigg_ros.registration.stages import stage
+
+GLOBAL_MATCHES = 500
+"""Mutual matches kept, the most similar first: what the clique search can take in milliseconds."""
+
+SURFACE_NORMAL_VOXELS = 2.0
+"""Radius of a surface point's normal; DESIGN.md, step 2."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """N points with normals, one a voxel, in the frame of the results."""
+
+    points: NDArray[np.float32]
+    """(N, 3), metres."""
+    normals: NDArray[np.float32]
+    """(N, 3), unit length, towards the sensor."""
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def select(self, rows: NDArray[Any]) -> Surface:
+        """Some of the points, by mask or index."""
+        return Surface(self.points[rows], self.normals[rows])
+
+
+@dataclass(frozen=True, slots=True)
+class Landmarks:
+    """L points with features, on a coarser grid than the surface."""
+
+    points: NDArray[np.float32]
+    """(L, 3), metres."""
+    normals: NDArray[np.float32]
+    """(L, 3), unit length, towards the sensor."""
+    features: NDArray[np.float32]
+    """(L, 33) FPFH, unit length."""
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def select(self, rows: NDArray[Any]) -> Landmarks:
+        """Some of the landmarks, by mask or index."""
+        return Landmarks(self.points[rows], self.normals[rows], self.features[rows])
+
+
+def voxel_downsample(points: NDArray[np.floating], voxel_size_m: float) -> NDArray[np.float32]:
+    """The mean (V, 3) of the points (N, 3) in each occupied voxel; points beyond 2^20 voxels are dropped."""
+    inside = (np.abs(points) < voxel_size_m * HALF_RANGE).all(axis=1)
+    return voxel_means(np.ascontiguousarray(points[inside], np.float32), voxel_size_m)
+
+
+def estimate_normals(points: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
+    """Normals (N, 3) of unit length towards the origin, zero where the neighbours do not make a surface."""
+    if len(points) == 0:
+        return np.empty((0, 3), np.float32)
+    index = CellIndex.build(points, radius_m)
+    normals = np.empty_like(points)
+    normals[index.order] = surface_kernels.normals(points[index.order], index.starts, index.runs, radius_m)
+    return normals
+
+
+def describe(points: NDArray[np.float32], normals: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
+    """FPFH (N, 33) of unit length (Rusu 2009) from all neighbours within the radius."""
+    if len(points) == 0:
+        return np.empty((0, 33), np.float32)
+    index = CellIndex.build(points, radius_m)
+    order = index.order
+    features = np.empty((len(points), 33), np.float32)
+    features[order] = surface_kernels.fpfh(points[order], normals[order], index.starts, index.runs, radius_m)
+    return features
+
+
+@stage("surface")
+def build_surface(points: NDArray[np.floating], sensor: NDArray[np.float64], config: GeometricConfig) -> Surface:
+    """The voxel grid of all points (N, 3) within range of the sensor (3,), where it is a surface."""
+    distance = np.linalg.norm(points - sensor.astype(np.float32), axis=1)
+    near = points[(distance >= config.min_range_m) & (distance <= config.max_range_m)]
+    grid = voxel_downsample(near, config.voxel_size_m)
+    normals = estimate_normals(grid, SURFACE_NORMAL_VOXELS * config.voxel_size_m)
+    return Surface(grid, normals).select(np.any(normals != 0, axis=1))
+
+
+@stage("features")
+def build_landmarks(surface: Surface, config: GeometricConfig) -> Landmarks:
+    """The surface on the grid of features, with normals and FPFH of that scale."""
+    voxel = config.voxel_size_m
+    points = surface.points
+    if config.feature_grid_voxels > 1:
+        points = voxel_downsample(points, config.feature_grid_voxels * voxel)
+    normals = estimate_normals(points, config.normal_radius_voxels * voxel)
+    flat = np.any(normals != 0, axis=1)
+    points, normals = points[flat], normals[flat]
+    return Landmarks(points, normals, describe(points, normals, config.feature_radius_voxels * voxel))
+
+
+def sample(count: int, limit: int, seed: int) -> NDArray[np.int64]:
+    """At most ``limit`` of ``count`` rows, ascending, without replacement, the same for the same seed."""
+    if count <= limit:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(seed).choice(count, limit, replace=False))
+
+
+@stage("global matches")
+def match_global(target: Landmarks, source: Landmarks, config: GeometricConfig) -> Matches:
+    """C_geo: for each source landmark the target landmark with the most similar feature.
+
+    With ``mutual`` only pairs that choose each other stay, the most similar first.
+    """
+    if len(target) == 0 or len(source) == 0:
+        return _matches(target, source, np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
+    forward, similarity, backward = _nearest_features(target.features, source.features)
+    kept = np.arange(len(source))
+    if config.mutual:
+        kept = np.flatnonzero(backward[forward] == kept)
+        kept = kept[np.argsort(-similarity[kept], kind="stable")][:GLOBAL_MATCHES]
+    return _matches(target, source, forward[kept], kept, similarity[kept])
+
+
+def _nearest_features(
+    target: NDArray[np.float32], source: NDArray[np.float32]
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.int64]]:
+    """Nearest target of each source with its cosine, and nearest source of each target, in blocks that stay in cache."""
+    forward, cosine = np.empty(len(source), np.int64), np.empty(len(source), np.float32)
+    backward, best = np.zeros(len(target), np.int64), np.full(len(target), -np.inf, np.float32)
+    for start in range(0, len(source), 128):
+        block = source[start : start + 128] @ target.T
+        rows = block.argmax(axis=1)
+        forward[start : start + 128] = rows
+        cosine[start : start + 128] = block[np.arange(len(rows)), rows]
+        columns = block.max(axis=0)
+        better = np.flatnonzero(columns > best)
+        best[better] = columns[better]
+        backward[better] = start + block[:, better].argmax(axis=0)
+    return forward, cosine, backward
+
+
+def _matches(
+    target: Landmarks,
+    source: Landmarks,
+    target_row: NDArray[np.int64],
+    source_row: NDArray[np.int64],
+    similarity: NDArray[np.floating],
+) -> Matches:
+    return Matches(
+        target.points[target_row].astype(np.float64),
+        source.points[source_row].astype(np.float64),
+        np.clip(similarity, 0.0, 1.0).astype(np.float64),
+        target_row,
+        source_row,
+    )

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Points sorted into cubic cells, so that neighbours within one cell size are a few contiguous runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_CELLS_PER_AXIS = 2**20
+"""Three axes of this many cells fit one int64 key, with a margin of one cell on each side."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellIndex:
+    """N points sorted by the key of their cell; C occupied cells.
+
+    ``runs`` (C, 9, 2): for each cell, nine [start, end) runs of sorted points which together hold
+    every point of the 27 cells around it.
+    """
+
+    cell_size_m: float
+    origin: NDArray[np.float64]
+    """(3,) corner of cell (1, 1, 1)."""
+    shape: NDArray[np.int64]
+    """(3,) cells per axis, margins included."""
+    order: NDArray[np.int64]
+    """(N,) the point at each sorted place."""
+    keys: NDArray[np.int64]
+    """(C,) ascending keys of the occupied cells."""
+    starts: NDArray[np.int64]
+    """(C + 1,) where each cell's points start."""
+    runs: NDArray[np.int64]
+
+    @classmethod
+    def build(cls, points: NDArray[np.floating], cell_size_m: float) -> CellIndex:
+        """Sort points (N, 3), metres, N >= 1, all finite, into cells."""
+        origin = points.min(axis=0).astype(np.float64)
+        cells = np.floor((points - origin) / cell_size_m).astype(np.int64) + 1
+        shape = cells.max(axis=0) + 2
+        if shape.max() > MAX_CELLS_PER_AXIS:
+            raise ValueError(f"points span {shape.max()} cells on one axis, at most {MAX_CELLS_PER_AXIS} can be indexed")
+        key = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
+        order = np.argsort(key, kind="stable")
+        keys, first = np.unique(key[order], return_index=True)
+        starts = np.append(first, len(points)).astype(np.int64)
+        return cls(cell_size_m, origin, shape, order, keys, starts, _runs(keys, starts, shape))
+
+    def runs_at(self, points: NDArray[np.floating]) -> NDArray[np.int64]:
+        """Runs (M, 9, 2) around arbitrary points (M, 3); empty runs where no indexed point can be near."""
+        cells = np.floor((points - self.origin) / self.cell_size_m) + 1
+        inside = ((cells >= 0) & (cells < self.shape)).all(axis=1)
+        cells = np.where(inside[:, None], cells, 0).astype(np.int64)
+        key = (cells[:, 0] * self.shape[1] + cells[:, 1]) * self.shape[2] + cells[:, 2]
+        runs = _runs_of_keys(key, self.keys, self.starts, self.shape)
+        runs[~inside] = 0
+        return runs
+
+
+def _runs(keys: NDArray[np.int64], starts: NDArray[np.int64], shape: NDArray[np.int64]) -> NDArray[np.int64]:
+    return _runs_of_keys(keys, keys, starts, shape)
+
+
+def _runs_of_keys(
+    around: NDArray[np.int64], keys: NDArray[np.int64], starts: NDArray[np.int64], shape: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Neighbouring cells along z have consecutive keys, so three of them are one run."""
+    steps = np.array([(dx * shape[1] + dy) * shape[2] for dx in (-1, 0, 1) for dy in (-1, 0, 1)])
+    centre = around[:, None] + steps
+    begin = starts[np.searchsorted(keys, centre - 1, side="left")]
+    end = starts[np.searchsorted(keys, centre + 1, side="right")]
+    return np.stack((begin, end), axis=2)

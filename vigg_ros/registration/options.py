@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every option: its default, unit, bounds, and when to touch it.
+
+Files, command-line help, ROS descriptors and the table in the docs are generated from these
+dataclasses, so a default is written here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+def option(
+    default: Any,
+    doc: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """A dataclass field that knows its unit, bounds, and when to touch it."""
+    meta = {"doc": doc, "unit": unit, "low": low, "high": high, "choices": choices}
+    return field(default=default, metadata=meta)
+
+
+@dataclass(frozen=True, slots=True)
+class VisualConfig:
+    """Visual matches (C_vis)."""
+
+    detector: str = option(
+        "sift", "orb where SIFT is too slow for the computer: it finds fewer matches", choices=("sift", "orb")
+    )
+    max_keypoints: int = option(1500, "lower for speed, higher for large, textured images", low=50, high=20000)
+    ratio: float = option(
+        0.8, "squared-distance ratio of best to second-best match; lower where textures repeat", low=0.1, high=1.0
+    )
+    top_k: int = option(150, "matches kept, best first; more helps where many are wrong", low=3, high=2000)
+
+
+@dataclass(frozen=True, slots=True)
+class GeometricConfig:
+    """The voxel cloud, its features, and global geometric matches (C_geo)."""
+
+    voxel_size_m: float = option(
+        0.025, "about the sensor's point spacing at working range", unit="m", low=0.001, high=10.0
+    )
+    min_range_m: float = option(0.0, "raise to drop returns from the robot itself", unit="m", low=0.0, high=100.0)
+    max_range_m: float = option(8.0, "lower to drop returns too far to be precise", unit="m", low=0.1, high=1000.0)
+    sample_k: int = option(5000, "source points matched and refined; lower for speed", low=100, high=100000)
+    feature_grid_voxels: float = option(
+        2.0, "spacing of points with features, in voxels; 1 is the paper's", unit="voxels", low=1.0, high=10.0
+    )
+    normal_radius_voxels: float = option(
+        6.0, "surface patch behind a feature's normal; larger for noisier sensors", unit="voxels", low=1.5, high=50.0
+    )
+    feature_radius_voxels: float = option(
+        14.0, "surface patch a feature describes; larger tells more apart, and fits less at borders",
+        unit="voxels", low=2.0, high=100.0,
+    )
+    mutual: bool = option(True, "off for the paper's one-directional global matches, which are mostly wrong")
+
+
+@dataclass(frozen=True, slots=True)
+class CliqueConfig:
+    """Hypotheses from cliques of compatible matches, and their choice (GVCA, paper 3.2)."""
+
+    inlier_threshold_m: float = option(
+        0.10, "t: how far two matched points may lie apart; two to four voxels", unit="m", low=0.001, high=20.0
+    )
+    score_threshold: float = option(
+        0.9, "compatibility below which two matches are not connected", low=0.0, high=0.9999
+    )
+    geometric_guidance: bool = option(True, "off for the paper's ablation: choose by the visual matches alone")
+    geometric_hypotheses: bool = option(
+        True, "off for the paper's method, which has no answer where the images share no view"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class LocalMatchConfig:
+    """Point-wise matching inside the search zone (VGM, paper 3.3)."""
+
+    gamma_squared: float = option(10.0, "search zone in squared standard deviations (eq. 10)", low=0.1, high=100.0)
+    iterations: int = option(3, "rounds of match and fit; 0 for the paper's ablation", low=0, high=20)
+    geometric_prior: bool = option(True, "off for the paper's zone, from visual matches alone; it needs a shared view")
+
+
+@dataclass(frozen=True, slots=True)
+class RefinementConfig:
+    """The last step towards the sensor's own limit."""
+
+    iterations: int = option(10, "rounds of surface alignment at most; 0 to stop where the paper does", low=0, high=50)
+
+
+@dataclass(frozen=True, slots=True)
+class VerificationConfig:
+    """What an answer must show before it is given."""
+
+    enabled: bool = option(True, "off for the paper's method, which always answers")
+    candidates: int = option(8, "different hypotheses followed to the end; lower for speed", low=1, high=50)
+    min_overlap: float = option(
+        0.06, "share of the surface that must coincide; raise to demand closer views", low=0.0, high=1.0
+    )
+    min_consistency: float = option(
+        0.6, "coinciding share of the surface that both sensors should see; lower where things move", low=0.0, high=1.0
+    )
+    min_inliers: int = option(12, "matches that must agree with the answer", low=3, high=1000)
+
+
+@dataclass(frozen=True, slots=True)
+class KeyframeConfig:
+    """When the reference changes, and what is remembered."""
+
+    min_overlap: float = option(0.5, "overlap with the reference below which a new one is taken", low=0.05, high=1.0)
+    min_inliers: int = option(30, "visual inliers below which a new reference is taken", low=3, high=1000)
+    max_translation_m: float = option(
+        0.4, "distance from the reference at which a new one is taken", unit="m", low=0.01, high=100.0
+    )
+    max_rotation_deg: float = option(
+        20.0, "angle from the reference at which a new one is taken", unit="deg", low=1.0, high=180.0
+    )
+    buffer_size: int = option(20, "keyframes remembered for relocalisation; bounds memory", low=1, high=1000)
+    retries: int = option(3, "other keyframes tried before a frame counts as lost", low=0, high=100)
+
+
+@dataclass(frozen=True, slots=True)
+class PairingConfig:
+    """Which colour and depth belong together."""
+
+    sync_slop_s: float = option(
+        0.02, "largest difference of stamps in a pair, inclusive; at most half a frame", unit="s", low=0.0, high=1.0
+    )
+    queue_size: int = option(30, "unpaired messages kept for each topic", low=2, high=10000)

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Refinement beyond the paper: surfaces and visual matches aligned together, with an honest covariance.
+
+Symmetric point-to-plane residuals (Rusinkiewicz 2019) pull along the normals; the visual matches hold the
+directions that the surfaces leave free, so that a single textured wall still has one answer.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.geometric import Surface
+from vigg_ros.registration.kernels.cells import CellIndex
+from vigg_ros.registration.kernels.zone import nearest_point
+from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.rigid import transform
+from vigg_ros.registration.stages import stage
+
+WIDE_VOXELS, NARROW_VOXELS = 4.0, 2.0
+"""Search radius of the first rounds, which may start a few voxels off, and of the others."""
+WIDE_ROUNDS = 2
+
+MIN_NORMAL_COSINE = 0.5
+"""Surfaces that face apart by more than 60 deg are not the same surface."""
+
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+CONVERGED_VOXELS = 0.002
+"""A step that moves the surface by less than this ends the rounds."""
+
+BLOCK_VOXELS = 8.0
+"""Errors of depth are alike on patches of about this size; patches, not points, count as independent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A motion with what the last round saw of it."""
+
+    T_target_source: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    """(6, 6) of translation (m) and rotation (rad) about the target's axes, see ``Registration``."""
+    rms_m: float
+    """Root mean square distance of the paired surfaces along their normals; NaN without pairs."""
+    pairs: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Residuals:
+    """N scalar residuals: e = value - jacobian @ step, with the source of each as a patch number."""
+
+    value: NDArray[np.float64]
+    jacobian: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    patch: NDArray[np.int64]
+
+
+class SurfaceAligner:
+    """The target's surface, indexed once for both search radii."""
+
+    def __init__(self, target: Surface, voxel_size_m: float) -> None:
+        self._voxel_m = voxel_size_m
+        self._target = target
+        self._indices = {radius: CellIndex.build(target.points, radius * voxel_size_m) for radius in (WIDE_VOXELS, NARROW_VOXELS)}
+
+    def residuals(self, source: Surface, T_target_source: NDArray[np.float64], radius_voxels: float) -> _Residuals:
+        """Distances between the nearest surfaces along the mean of their normals."""
+        index = self._indices[radius_voxels]
+        moved = transform(T_target_source, source.points)
+        query = moved.astype(np.float32)
+        target_sorted = self._target.points[index.order]
+        found = nearest_point(query, target_sorted, index.runs_at(query), radius_voxels * self._voxel_m)
+        rows = np.flatnonzero(found >= 0)
+        target = self._target.select(index.order[found[rows]])
+        source_normals = source.normals[rows] @ T_target_source[:3, :3].T
+        facing = np.einsum("ni,ni->n", target.normals, source_normals) > MIN_NORMAL_COSINE
+        rows, target, normals = rows[facing], target.select(facing), source_normals[facing]
+        normals = normals + target.normals
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        value = np.einsum("ni,ni->n", target.points - moved[rows], normals)
+        weight = _robust_weight(value, floor=0.02 * self._voxel_m)
+        patch = self._patches(source.points[rows])
+        return _Residuals(value, _jacobian(moved[rows], normals, T_target_source), weight, patch)
+
+    def _patches(self, points: NDArray[np.float32]) -> NDArray[np.int64]:
+        cells = np.floor(points / (BLOCK_VOXELS * self._voxel_m)).astype(np.int64)
+        return (cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791)
+
+
+def _jacobian(
+    moved: NDArray[np.float64], direction: NDArray[np.float64], T_target_source: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How a step (translation, rotation about the moved source origin) moves points along directions: (N, 6)."""
+    return np.hstack((direction, np.cross(moved - T_target_source[:3, 3], direction)))
+
+
+def _robust_weight(value: NDArray[np.float64], *, floor: float) -> NDArray[np.float64]:
+    """Cauchy weights over the variance, whose scale is the median absolute deviation."""
+    if len(value) == 0:
+        return np.empty(0)
+    sigma = MAD_TO_SIGMA * float(np.median(np.abs(value))) + floor
+    return np.asarray(1.0 / (sigma**2 * (1.0 + (value / sigma) ** 2)))
+
+
+def _visual_residuals(prior: Matches, T_target_source: NDArray[np.float64], floor: float) -> _Residuals:
+    """Three residuals for each visual match, along the target's axes; a match is a patch of its own."""
+    moved = transform(T_target_source, prior.source)
+    value = prior.target - moved
+    weight = np.repeat(_robust_weight(np.linalg.norm(value, axis=1) / math.sqrt(3), floor=floor), 3)
+    jacobian = np.concatenate(
+        [_jacobian(moved, np.broadcast_to(axis, moved.shape), T_target_source) for axis in np.eye(3)], axis=1
+    ).reshape(-1, 6)
+    patch = -1 - np.repeat(np.arange(len(prior)), 3)
+    return _Residuals(value.ravel(), jacobian, weight, patch)
+
+
+@stage("refinement")
+def refine(
+    aligner: SurfaceAligner,
+    source: Surface,
+    visual: Matches,
+    T_target_source: NDArray[np.float64],
+    config: Config,
+) -> Fit:
+    """Gauss-Newton on the surfaces and the visual matches (already inliers) together."""
+    iterations, voxel_size_m = config.refinement.iterations, config.geometric.voxel_size_m
+    surface = aligner.residuals(source, T_target_source, WIDE_VOXELS)
+    for i in range(iterations):
+        matched = _visual_residuals(visual, T_target_source, floor=0.1 * voxel_size_m)
+        step = _solve(surface, matched)
+        T_target_source = _moved(T_target_source, step)
+        surface = aligner.residuals(source, T_target_source, WIDE_VOXELS if i + 1 < WIDE_ROUNDS else NARROW_VOXELS)
+        if i >= WIDE_ROUNDS and np.linalg.norm(step[:3]) + np.linalg.norm(step[3:]) < CONVERGED_VOXELS * voxel_size_m:
+            break
+    matched = _visual_residuals(visual, T_target_source, floor=0.1 * voxel_size_m)
+    rms_m = float(np.sqrt(np.mean(surface.value**2))) if len(surface.value) else math.nan
+    return Fit(T_target_source, _covariance(surface, matched), rms_m, len(surface.value))
+
+
+def _information(residuals: _Residuals) -> NDArray[np.float64]:
+    return (residuals.jacobian * residuals.weight[:, None]).T @ residuals.jacobian
+
+
+def _solve(surface: _Residuals, visual: _Residuals) -> NDArray[np.float64]:
+    """One step (6,); directions that nothing determines do not move."""
+    gradient = sum(r.jacobian.T @ (r.weight * r.value) for r in (surface, visual))
+    return np.linalg.pinv(_information(surface) + _information(visual), rcond=1e-9, hermitian=True) @ gradient
+
+
+def _moved(T_target_source: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+    moved = T_target_source.copy()
+    moved[:3, :3] = Rotation.from_rotvec(step[3:]).as_matrix() @ T_target_source[:3, :3]
+    moved[:3, 3] += step[:3]
+    return moved
+
+
+def _covariance(surface: _Residuals, visual: _Residuals) -> NDArray[np.float64]:
+    """Cluster-robust covariance (Liang and Zeger 1986): A^-1 B A^-1, B from the summed scores of patches.
+
+    Unlike A^-1 it does not take the thousand points of one patch for a thousand measurements. Directions
+    without information get an infinite variance on the diagonal.
+    """
+    information = _information(surface) + _information(visual)
+    values = np.linalg.eigvalsh(information)
+    if values[0] <= 1e-9 * max(values[-1], 1e-300):
+        return np.diag(np.full(6, np.inf))
+    A_inverse = np.linalg.inv(information)
+    scores = np.vstack([r.jacobian * (r.weight * r.value)[:, None] for r in (surface, visual)])
+    patches, place = np.unique(np.concatenate((surface.patch, visual.patch)), return_inverse=True)
+    sums = np.zeros((len(patches), 6))
+    np.add.at(sums, place, scores)
+    # Patches beyond the parameters they fix, as in any estimate of a variance.
+    correction = len(patches) / max(len(patches) - 6, 1)
+    sandwich = correction * A_inverse @ (sums.T @ sums) @ A_inverse
+    return 0.5 * (sandwich + sandwich.T)

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What registering two frames gives: a motion with its evidence, or a reason why there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Reason(str, Enum):
+    """Why there is no answer."""
+
+    NO_DEPTH = "NO_DEPTH"
+    """Too few points to be a surface."""
+    NO_TEXTURE = "NO_TEXTURE"
+    """Too few keypoints that see a point."""
+    TOO_FEW_MATCHES = "TOO_FEW_MATCHES"
+    """No three matches are compatible with one motion."""
+    TOO_FEW_INLIERS = "TOO_FEW_INLIERS"
+    """Too few matches agree with the best motion."""
+    DEGENERATE = "DEGENERATE"
+    """The points leave a direction of motion free."""
+    LOW_OVERLAP = "LOW_OVERLAP"
+    """Too little of the surface coincides."""
+    CONFLICT = "CONFLICT"
+    """Surfaces lie where the other sensor looked through, or looked at something else."""
+    AMBIGUOUS = "AMBIGUOUS"
+    """Another motion explains the frames nearly as well."""
+    NOT_FINITE = "NOT_FINITE"
+    """Numerical failure."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What speaks for or against an answer. Stages that were not reached leave 0 or NaN."""
+
+    keypoints: int = 0
+    """Keypoints of the source that see a point."""
+    visual_matches: int = 0
+    geometric_matches: int = 0
+    hypotheses: int = 0
+    """Hypotheses from cliques."""
+    candidates: int = 0
+    """Different hypotheses that were followed."""
+    visual_inliers: int = 0
+    """Visual matches within the threshold under the answer."""
+    geometric_inliers: int = 0
+    rmse_m: float = float("nan")
+    """Root mean square distance of the aligned surfaces along their normals."""
+    overlap: float = float("nan")
+    """Share of both surfaces that coincides."""
+    consistency: float = float("nan")
+    """Coinciding share of the surface that both sensors should see."""
+    runner_up: float = float("nan")
+    """Support of the best different answer, as a share of the chosen one's; near 1 is ambiguous."""
+
+
+@dataclass(frozen=True, slots=True)
+class Registration:
+    """A motion that its evidence supports."""
+
+    T_target_source: NDArray[np.float64]
+    """(4, 4): p_target = T_target_source @ p_source, metres."""
+    covariance: NDArray[np.float64]
+    """(6, 6), order x y z (m) and rotation about x y z (rad), all along the target's axes.
+
+    t + dt and exp(dr) R, as geometry_msgs/PoseWithCovariance means it.
+    """
+    evidence: Evidence
+    visual_inliers: NDArray[np.int64]
+    """(K, 2) rows of the matched keypoints in the target's and the source's features."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rejection:
+    """No answer, and why. There is no transform in it."""
+
+    reason: Reason
+    message: str
+    """One sentence: what was found and what was expected."""
+    evidence: Evidence
+
+
+Outcome = Union[Registration, Rejection]

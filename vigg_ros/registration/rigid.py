@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rigid motions SE(3) as (4, 4) float64, and their weighted least-squares fit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+COLLINEAR_RATIO = 1e-4
+"""Second over first singular value of the cross-covariance; below it the rotation about a line is free.
+
+It is a ratio of variances: a set 1 m long is refused when it is thinner than 1 cm.
+"""
+
+
+def transform(T_target_source: NDArray[np.float64], points: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Points (N, 3) of the source frame in the target frame."""
+    return points @ T_target_source[:3, :3].T + T_target_source[:3, 3]
+
+
+def inverse(T_target_source: NDArray[np.float64]) -> NDArray[np.float64]:
+    """T_source_target."""
+    R_source_target = T_target_source[:3, :3].T
+    T_source_target = np.eye(4)
+    T_source_target[:3, :3] = R_source_target
+    T_source_target[:3, 3] = -R_source_target @ T_target_source[:3, 3]
+    return T_source_target
+
+
+def angle_rad(R: NDArray[np.float64]) -> float:
+    """Rotation angle of (3, 3), precise near 0: from sine and cosine, not by acos of the trace."""
+    sine = 0.5 * math.hypot(R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1])
+    return math.atan2(sine, 0.5 * (float(np.trace(R)) - 1.0))
+
+
+def weighted_svd(
+    target: NDArray[np.floating], source: NDArray[np.floating], weight: NDArray[np.floating]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """T_target_source minimising sum weight * |target - T source|^2 (paper eq. 12; Kabsch, Umeyama).
+
+    target, source: (..., N, 3); weight: (..., N), not negative, padding may be 0. Returns T (..., 4, 4)
+    with det(R) = +1, and whether it is determined (...,): false for fewer than three points and for
+    points on a line. Coplanar points are fine.
+    """
+    weight = np.asarray(weight, np.float64)
+    total = weight.sum(axis=-1)
+    share = (weight / np.where(total > 0, total, 1)[..., None])[..., None]
+    mean_target = (share * target).sum(axis=-2)
+    mean_source = (share * source).sum(axis=-2)
+    spread_target = target - mean_target[..., None, :]
+    spread_source = share * (source - mean_source[..., None, :])
+    U, singular, Vt = np.linalg.svd(np.swapaxes(spread_target, -1, -2) @ spread_source)
+    # A reflection would fit coplanar or noisy points as well; flip the weakest axis instead.
+    U[..., :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[..., None]
+    T = np.zeros((*total.shape, 4, 4))
+    T[..., :3, :3] = U @ Vt
+    T[..., :3, 3] = mean_target - (T[..., :3, :3] @ mean_source[..., None])[..., 0]
+    T[..., 3, 3] = 1.0
+    determined = (singular[..., 1] > COLLINEAR_RATIO * singular[..., 0]) & (singular[..., 0] > 0) & (total > 0)
+    return T, determined & (np.count_nonzero(weight, axis=-1) >= 3)

@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Verification beyond the paper: an answer must be supported by evidence that did not produce it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.cliques import differ
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.features import Features
+from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.refinement import Fit
+from vigg_ros.registration.result import Evidence, Reason, Registration, Rejection
+from vigg_ros.registration.rigid import inverse, transform
+from vigg_ros.registration.stages import stage
+from vigg_ros.registration.visibility import Agreement, agreement
+
+MIN_KEYPOINTS = 8
+MIN_LANDMARKS = 50
+"""Below these a frame is not worth a search: the needed inliers could hardly be found."""
+
+TOLERANCE_VOXELS, TOLERANCE_PER_METRE = 2.0, 0.01
+"""How far apart surfaces may lie and still coincide: the grid, and depth noise growing with distance."""
+
+AMBIGUOUS_SUPPORT, AMBIGUOUS_MATCHES = 0.75, 0.6
+"""Shares of the best answer's surface support and match score from which another one rivals it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two frames and their matches: what every candidate is judged on."""
+
+    target: Features
+    source: Features
+    visual: Matches
+    geometric: Matches
+    config: Config
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A motion and how the frames agree under it."""
+
+    T_target_source: NDArray[np.float64]
+    agreement: Agreement
+    """Mean of both directions."""
+    visual_inliers: NDArray[np.bool_]
+    geometric_inliers: NDArray[np.bool_]
+
+    @property
+    def inliers(self) -> int:
+        """Matches that agree."""
+        return int(np.count_nonzero(self.visual_inliers) + np.count_nonzero(self.geometric_inliers))
+
+    @property
+    def support(self) -> float:
+        """Surfaces that coincide less those that contradict, plus the share of visual matches that agree."""
+        return self.agreement.balance + float(np.mean(self.visual_inliers) if len(self.visual_inliers) else 0.0)
+
+
+def find_lack(target: Features, source: Features) -> tuple[Reason, str] | None:
+    """Why one of the frames cannot be registered at all, if so."""
+    for name, features in (("target", target), ("source", source)):
+        if len(features.landmarks) < MIN_LANDMARKS:
+            found = f"the {name} has {len(features.landmarks)} surface points with features"
+            return Reason.NO_DEPTH, f"{found}, expected at least {MIN_LANDMARKS}"
+        if len(features.keypoints) < MIN_KEYPOINTS:
+            found = f"the {name} has {len(features.keypoints)} keypoints with depth"
+            return Reason.NO_TEXTURE, f"{found}, expected at least {MIN_KEYPOINTS}"
+    return None
+
+
+@stage("verification")
+def assess(pair: Pair, T_target_source: NDArray[np.float64]) -> Candidate:
+    """How the two frames agree under a motion: surfaces, free space, matches."""
+    threshold_m = pair.config.cliques.inlier_threshold_m
+    forward = _see(pair.target, pair.source, T_target_source, pair.config)
+    backward = _see(pair.source, pair.target, inverse(T_target_source), pair.config)
+    mean = Agreement(
+        overlap=(forward.overlap + backward.overlap) / 2,
+        in_front=(forward.in_front + backward.in_front) / 2,
+        hidden=(forward.hidden + backward.hidden) / 2,
+    )
+    return Candidate(
+        T_target_source,
+        mean,
+        pair.visual.distances(T_target_source) < threshold_m,
+        pair.geometric.distances(T_target_source) < threshold_m,
+    )
+
+
+def _see(viewer: Features, other: Features, T_viewer_other: NDArray[np.float64], config: Config) -> Agreement:
+    """Look at the other frame's landmarks with the viewer's lines of sight."""
+    points = transform(T_viewer_other, other.landmarks.points)
+    distance_m = np.linalg.norm(points, axis=1)
+    tolerance_m = TOLERANCE_VOXELS * config.geometric.voxel_size_m + TOLERANCE_PER_METRE * distance_m
+    return agreement(viewer.view.behind(points), tolerance_m)
+
+
+def choose(candidates: list[Candidate], config: Config) -> tuple[Candidate, float]:
+    """The best supported candidate, and how near the best *different* one comes to it (0 to about 1).
+
+    A rival must explain both the surfaces and the matches nearly as well.
+    """
+    best = max(candidates, key=lambda candidate: candidate.support)
+    threshold_m = config.cliques.inlier_threshold_m
+    rivals = [c for c in candidates if differ(c.T_target_source, best.T_target_source, threshold_m)]
+    return best, max((_rivalry(rival, best) for rival in rivals), default=0.0)
+
+
+def _rivalry(rival: Candidate, best: Candidate) -> float:
+    surface = rival.agreement.balance / max(best.agreement.balance, 1e-9) / AMBIGUOUS_SUPPORT
+    matches = rival.inliers / max(best.inliers, 1) / AMBIGUOUS_MATCHES
+    return max(0.0, min(surface, matches))
+
+
+def judge(pair: Pair, fit: Fit, runner_up: float, evidence: Evidence) -> Registration | Rejection:
+    """The answer, or the first reason against it."""
+    candidate = assess(pair, fit.T_target_source)
+    evidence = replace(
+        evidence,
+        visual_inliers=int(np.count_nonzero(candidate.visual_inliers)),
+        geometric_inliers=int(np.count_nonzero(candidate.geometric_inliers)),
+        rmse_m=fit.rms_m,
+        overlap=candidate.agreement.overlap,
+        consistency=candidate.agreement.consistency,
+        runner_up=runner_up,
+    )
+    objection = _objection(fit, candidate, evidence, pair.config)
+    if objection is not None:
+        return Rejection(*objection, evidence)
+    inliers = pair.visual.select(candidate.visual_inliers)
+    rows = np.column_stack((inliers.target_row, inliers.source_row))
+    return Registration(fit.T_target_source, fit.covariance, evidence, rows)
+
+
+def _objection(fit: Fit, candidate: Candidate, evidence: Evidence, config: Config) -> tuple[Reason, str] | None:
+    wanted = config.verification
+    if not np.isfinite(fit.T_target_source).all():
+        return Reason.NOT_FINITE, "the fit is not finite"
+    free = _free_direction(fit.covariance, config.cliques.inlier_threshold_m)
+    if free:
+        return Reason.DEGENERATE, free
+    if not wanted.enabled:
+        return None
+    if candidate.inliers < wanted.min_inliers:
+        return Reason.TOO_FEW_INLIERS, f"{candidate.inliers} matches agree, expected at least {wanted.min_inliers}"
+    if evidence.overlap < wanted.min_overlap:
+        return Reason.LOW_OVERLAP, f"{evidence.overlap:.1%} of the surface coincides, expected {wanted.min_overlap:.1%}"
+    if evidence.consistency < wanted.min_consistency:
+        return Reason.CONFLICT, (
+            f"{evidence.consistency:.1%} of the surface that both should see coincides, "
+            f"expected {wanted.min_consistency:.1%}"
+        )
+    if evidence.runner_up >= 1.0:
+        return Reason.AMBIGUOUS, "a different motion explains surfaces and matches nearly as well"
+    return None
+
+
+def _free_direction(covariance: NDArray[np.float64], threshold_m: float) -> str:
+    """In words, a direction that the data leaves free; empty if there is none."""
+    deviation_m = float(np.sqrt(np.diag(covariance)[:3].max()))
+    deviation_deg = float(np.rad2deg(np.sqrt(np.diag(covariance)[3:].max())))
+    if deviation_m <= threshold_m and deviation_deg <= 5.0:
+        return ""
+    return f"the motion is known to {deviation_m:.3g} m and {deviation_deg:.3g} deg, expected {threshold_m} m and 5 deg"

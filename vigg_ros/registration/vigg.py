@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""ViGG: registration by visual-geometric mutual guidance (Chen, Yan, Qu; WACV 2026), one call per stage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from vigg_ros.registration.cliques import Hypotheses, distinct, propose
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.features import Features, extract
+from vigg_ros.registration.geometric import match_global, sample
+from vigg_ros.registration.local_match import LocalMatcher, guided_fit, max_zone_radius_m
+from vigg_ros.registration.matches import concatenate
+from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
+from vigg_ros.registration.result import Evidence, Outcome, Reason, Rejection
+from vigg_ros.registration.verification import Candidate, Pair, assess, choose, find_lack, judge
+from vigg_ros.registration.visual import match_visual
+
+__all__ = ["extract", "register"]
+
+
+def register(target: Features, source: Features, config: Config) -> Outcome:
+    """T_target_source of two frames, or the reason why there is none.
+
+    A pure function: the same features and configuration give the same outcome. Bad data does not get
+    here (``Frame`` refuses it); frames that cannot be registered give a Rejection, never a transform.
+    """
+    evidence = Evidence(keypoints=len(source.keypoints))
+    lack = find_lack(target, source)
+    if lack:
+        return Rejection(*lack, evidence)
+
+    visual = match_visual(target.keypoints, source.keypoints, config.visual)  # C_vis
+    geometric = match_global(target.landmarks, source.landmarks, config.geometric)  # C_geo
+    pair = Pair(target, source, visual, geometric, config)
+    hypotheses = propose(visual, geometric, config.cliques)  # GVCA
+    evidence = replace(
+        evidence, visual_matches=len(visual), geometric_matches=len(geometric), hypotheses=len(hypotheses)
+    )
+    if not len(hypotheses):
+        message = f"no three of {len(visual)} visual and {len(geometric)} geometric matches fit one motion"
+        return Rejection(Reason.TOO_FEW_MATCHES, message, evidence)
+
+    candidates = follow(pair, hypotheses)  # VGM
+    best, runner_up = choose(candidates, config)
+    fit = polish(pair, best)
+    return judge(pair, fit, runner_up, replace(evidence, candidates=len(candidates)))
+
+
+def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
+    """Each distinct hypothesis after visual-guided geometric matching, with how the frames agree under it."""
+    config = pair.config
+    threshold_m = config.cliques.inlier_threshold_m
+    few = distinct(hypotheses, config.verification.candidates, threshold_m)
+    prior = concatenate(pair.visual, pair.geometric) if config.local_match.geometric_prior else pair.visual
+    matcher = LocalMatcher(pair.target.landmarks, max_zone_radius_m(threshold_m, config.local_match))
+    rows = sample(len(pair.source.landmarks), config.geometric.sample_k, config.seed)
+    source = pair.source.landmarks.select(rows)
+    fits = [guided_fit(matcher, source, prior, T, threshold_m, config.local_match) for T in few.T_target_source]
+    return [assess(pair, T_target_source) for T_target_source in fits]
+
+
+def polish(pair: Pair, best: Candidate) -> Fit:
+    """The best candidate, its surfaces and visual inliers aligned to the sensor's limit."""
+    config = pair.config
+    aligner = SurfaceAligner(pair.target.surface, config.geometric.voxel_size_m)
+    rows = sample(len(pair.source.surface), config.geometric.sample_k, config.seed)
+    return refine(
+        aligner, pair.source.surface.select(rows), pair.visual.select(best.visual_inliers), best.T_target_source, config
+    )

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Keypoints, descriptors and visual matches (C_vis)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.options import VisualConfig
+from vigg_ros.registration.stages import stage
+
+Detector = Callable[[NDArray[np.uint8], int], tuple[NDArray[np.float32], NDArray[Any]]]
+"""Grey image (H, W) and a number of keypoints -> pixels (K, 2) as (u, v), descriptors (K, D).
+
+Descriptors are float32 of unit length, compared by angle, or uint8 bit strings, compared by Hamming
+distance. A new detector, learned or not, is one more entry of ``DETECTORS``.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Keypoints:
+    """K keypoints that see a point."""
+
+    pixels: NDArray[np.float32]
+    """(K, 2) as (u, v)."""
+    points: NDArray[np.float64]
+    """(K, 3), metres, in the frame of the results."""
+    descriptors: NDArray[Any]
+    """(K, D) float32 of unit length, or uint8 bit strings."""
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def select(self, rows: NDArray[Any]) -> Keypoints:
+        """Some of the keypoints, by mask or index."""
+        return Keypoints(self.pixels[rows], self.points[rows], self.descriptors[rows])
+
+
+def detect_sift(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:
+    """SIFT (Lowe 2004), strongest first, descriptors of unit length; see ``Detector``."""
+    keypoints, descriptors = cv2.SIFT_create(nfeatures=max_keypoints).detectAndCompute(grey, None)
+    if descriptors is None:
+        return np.empty((0, 2), np.float32), np.empty((0, 128), np.float32)
+    length = np.linalg.norm(descriptors, axis=1, keepdims=True)
+    return cv2.KeyPoint.convert(keypoints), (descriptors / np.maximum(length, 1e-9)).astype(np.float32)
+
+
+def detect_orb(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:
+    """ORB (Rublee 2011), strongest first, 256-bit descriptors; see ``Detector``."""
+    keypoints, descriptors = cv2.ORB_create(nfeatures=max_keypoints).detectAndCompute(grey, None)
+    if descriptors is None:
+        return np.empty((0, 2), np.float32), np.empty((0, 32), np.uint8)
+    return cv2.KeyPoint.convert(keypoints), descriptors
+
+
+DETECTORS: dict[str, Detector] = {"sift": detect_sift, "orb": detect_orb}
+
+
+@stage("keypoints")
+def detect(frame: Frame, config: VisualConfig) -> Keypoints:
+    """Keypoints of the frame's image, lifted to 3-D; those that see no point are dropped."""
+    grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
+    pixels, descriptors = DETECTORS[config.detector](np.ascontiguousarray(grey), config.max_keypoints)
+    points = frame.points_at(pixels)
+    return Keypoints(pixels, points, descriptors).select(np.isfinite(points).all(axis=1))
+
+
+@stage("visual matches")
+def match_visual(target: Keypoints, source: Keypoints, config: VisualConfig) -> Matches:
+    """C_vis: for each source keypoint its nearest target keypoint, if clearly nearer than the second.
+
+    The ratio is of squared distances (DESIGN: 0.8). At most ``top_k``, the most similar first.
+    """
+    if len(target) < 2 or len(source) < 1:
+        nearest, squared = np.empty(0, np.int64), np.empty((0, 2))
+    else:
+        nearest, squared = _nearest_two(target.descriptors, source.descriptors)
+    kept = np.flatnonzero(squared[:, 0] < config.ratio * squared[:, 1])
+    kept = kept[np.argsort(squared[kept, 0], kind="stable")][: config.top_k]
+    rows = nearest[kept]
+    return Matches(target.points[rows], source.points[kept], 1.0 - squared[kept, 0] / 2, rows, kept)
+
+
+def _nearest_two(target: NDArray[Any], source: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Index (M,) of the nearest target descriptor and squared distances (M, 2) to the nearest two, in [0, 2]."""
+    closeness = _hamming_cosine(target, source) if target.dtype == np.uint8 else source @ target.T
+    every = np.arange(len(source))
+    nearest = closeness.argmax(axis=1)
+    best = closeness[every, nearest].astype(np.float64)
+    closeness[every, nearest] = -np.inf
+    squared = 2.0 - 2.0 * np.column_stack((best, closeness.max(axis=1)))
+    return nearest, np.clip(squared, 0.0, 2.0)
+
+
+def _hamming_cosine(target: NDArray[np.uint8], source: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Bit strings as vectors of +-1: their cosine is 1 - 2 * Hamming / bits, so ratios mean the same for both."""
+    signs_target, signs_source = (np.unpackbits(d, axis=1).astype(np.float32) * 2 - 1 for d in (target, source))
+    return np.asarray(signs_source @ signs_target.T / signs_target.shape[1])
