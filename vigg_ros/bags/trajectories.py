@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Stamps and poses in the text files of data sets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.messages.rotation import rotation_from_quaternion
+from vigg_ros.registration.errors import BagError, DataError
+
+NS_PER_S = 1_000_000_000
+
+START_NS = NS_PER_S
+"""Where data sets that count from 0 begin here: ROS takes a stamp of 0 for one that was not set."""
+
+_ORTHONORMAL_TOLERANCE = 1e-2
+"""Rotations are written with three to eight digits; what is further off is no rotation."""
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetPose:
+    """The pose (4, 4) of the sensor, metres, at a stamp: p_world = T_world_sensor @ p_sensor."""
+
+    stamp_ns: int
+    T_world_sensor: NDArray[np.float64]
+
+
+def parse_stamp_ns(text: str) -> int:
+    """Nanoseconds of decimal seconds ("1305031102.175304", "1.04e-01"), exact: no float in between.
+
+    Raises ValueError when it is no number of seconds that ROS can hold.
+    """
+    try:
+        stamp_ns = int(Decimal(text).scaleb(9).to_integral_value())
+    except (InvalidOperation, OverflowError, ValueError) as error:
+        raise ValueError(f"{text[:40]!r} is no stamp in seconds") from error
+    if not 0 <= stamp_ns < 2**31 * NS_PER_S:
+        raise ValueError(f"{text[:40]!r} is outside the seconds that ROS can hold")
+    return stamp_ns
+
+
+def stamp_of_number(number: int, rate_hz: float) -> int:
+    """Stamp in ns of a frame by its number, so that missing frames leave their gap."""
+    return START_NS + round(number * NS_PER_S / rate_hz)
+
+
+def rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Line number and words of each line that is not empty or a comment; commas count as spaces.
+
+    Raises BagError when the file is missing or no text.
+    """
+    try:
+        text = path.read_bytes().decode()
+    except (OSError, UnicodeDecodeError) as error:
+        raise BagError(f"{path} cannot be read: {error}") from error
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.partition("#")[0].replace(",", " ").split()
+        if words:
+            yield number, words
+
+
+def read_numbers(path: Path) -> NDArray[np.float64]:
+    """All numbers (N,) of a text file in their order. Raises BagError when a word is none."""
+    return np.array([_number(word, path, line) for line, words in rows(path) for word in words])
+
+
+def read_matrix_pose(path: Path) -> NDArray[np.float64] | None:
+    """The pose (4, 4) in a file of 16 numbers; None if it is marked as unknown (NaN, Inf) or no pose."""
+    numbers = read_numbers(path)
+    return rigid(numbers.reshape(4, 4)) if numbers.size == 16 else None
+
+
+def read_tum_poses(path: Path) -> list[tuple[str, NDArray[np.float64] | None]]:
+    """Rows ``stamp tx ty tz qx qy qz qw`` as (stamp as written, pose (4, 4) or None if it is no pose).
+
+    Raises BagError when a row has other columns.
+    """
+    found: list[tuple[str, NDArray[np.float64] | None]] = []
+    for line, words in rows(path):
+        if len(words) != 8:
+            raise BagError(f"{path}, line {line}: {len(words)} columns; expected stamp tx ty tz qx qy qz qw")
+        values = [_number(word, path, line) for word in words[1:]]
+        found.append((words[0], _pose_of_quaternion(values)))
+    return found
+
+
+def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """The rigid transform (4, 4) nearest to a rounded one; None if it is not finite or not rigid."""
+    R = matrix[:3, :3]
+    if not np.isfinite(matrix).all() or np.abs(R @ R.T - np.eye(3)).max() > _ORTHONORMAL_TOLERANCE:
+        return None
+    U, _, Vt = np.linalg.svd(R)
+    T = np.eye(4)
+    T[:3, :3] = U @ Vt
+    T[:3, 3] = matrix[:3, 3]
+    return T if np.linalg.det(T[:3, :3]) > 0 else None
+
+
+def _pose_of_quaternion(values: list[float]) -> NDArray[np.float64] | None:
+    T = np.eye(4)
+    T[:3, 3] = values[:3]
+    try:
+        T[:3, :3] = rotation_from_quaternion(*values[3:])
+    except DataError:
+        return None
+    return T if np.isfinite(T).all() else None
+
+
+def _number(word: str, path: Path, line: int) -> float:
+    try:
+        return float(word)
+    except ValueError as error:
+        raise BagError(f"{path}, line {line}: {word[:40]!r} is no number") from error
