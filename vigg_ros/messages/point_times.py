@@ -4,7 +4,8 @@
 
 Drivers agree on nothing: Velodyne has ``time``, float32 seconds from the stamp; Ouster ``t``, uint32
 nanoseconds from the stamp; Hesai and RoboSense ``timestamp``, float64 seconds of the clock; Livox the same
-in nanoseconds. The numbers tell the unit: a scan takes between 10 us and 2 s and was taken near its stamp.
+in nanoseconds; others count microseconds. The numbers tell the unit: a scan takes between a millisecond
+and a second, a factor of 1,000 as between the units, and was taken near its stamp.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from vigg_ros.tracking.observation import Note
 
 TIME_FIELDS = ("t", "time", "timestamp", "timestamps", "time_stamp", "stamps", "offset_time", "time_offset")
 
-_SPAN_S = (1e-5, 2.0)
+_UNITS_S = (1.0, 1e-6, 1e-9)
+_SPAN_S = (1e-3, 1.0)
 _MAX_OFFSET_S = 2.0
 
 
@@ -32,7 +34,7 @@ def point_times(column: NDArray[Any], stamp_ns: int) -> tuple[NDArray[np.float64
         return None, ()
     readings = [
         (seconds, zero)
-        for seconds in ((1e-9,) if column.dtype.kind in "iu" else (1.0, 1e-9))
+        for seconds in _UNITS_S
         for zero in (0.0, stamp_ns * 1e-9 / seconds)
         if _is_plausible(float(low) - zero, float(high) - zero, seconds)
     ]
@@ -46,7 +48,7 @@ def point_times(column: NDArray[Any], stamp_ns: int) -> tuple[NDArray[np.float64
 
 def _is_plausible(low: float, high: float, seconds: float) -> bool:
     span_s = (high - low) * seconds
-    return _SPAN_S[0] <= span_s <= _SPAN_S[1] and max(abs(low), abs(high)) * seconds <= _MAX_OFFSET_S
+    return _SPAN_S[0] <= span_s < _SPAN_S[1] and max(abs(low), abs(high)) * seconds <= _MAX_OFFSET_S
 
 
 def _unclear(low: Any, high: Any) -> Note:
@@ -54,5 +56,5 @@ def _unclear(low: Any, high: Any) -> Note:
         "POINT_TIMES",
         f"times of points from {low} to {high}",
         "ignored, so motion during the scan is not corrected",
-        "publish seconds or nanoseconds, from the stamp or of its clock",
+        "publish seconds, micro- or nanoseconds, from the stamp or of its clock",
     )

@@ -36,12 +36,11 @@ def decode_points(
     table, notes = _table(msg)
     points = _positions(table)
     kept = _in_range(points, min_range_m, max_range_m)
-    if not kept.any():
-        raise _empty(f"{kept.size} points, none finite and between {min_range_m} and {max_range_m} m away")
+    if not kept.size:
+        raise _empty(f"{len(points)} points, none finite and between {min_range_m} and {max_range_m} m away")
     times_s, time_notes = _times(table, kept, header.stamp_ns)
-    if not kept.all():
-        points = points[kept]
-    return PointCloud(header.stamp_ns, header.frame_id, points, times_s, header.notes + notes + time_notes)
+    notes = header.notes + notes + time_notes
+    return PointCloud(header.stamp_ns, header.frame_id, _select(points, kept), times_s, notes)
 
 
 def _table(msg: PointCloud2Message) -> tuple[NDArray[np.void], tuple[Note, ...]]:
@@ -134,23 +133,32 @@ def _positions(table: NDArray[np.void]) -> NDArray[np.float32]:
     return points.reshape(-1, 3)
 
 
-def _in_range(points: NDArray[np.float32], min_range_m: float, max_range_m: float) -> NDArray[np.bool_]:
-    """Which points (N,) are kept. NaN compares false, overflow is infinite, and drivers say (0, 0, 0)."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        squared = np.einsum("ij,ij->i", points, points)
+def _in_range(points: NDArray[np.float32], min_range_m: float, max_range_m: float) -> NDArray[np.intp]:
+    """Which points (K,) of (N, 3) are kept.
+
+    NaN compares false, what overflows is infinite, and no return is (0, 0, 0) to many drivers.
+    """
+    x, y, z = points.T
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        squared = x * x + y * y + z * z
         near = (squared > 0) & (squared >= np.float32(min_range_m**2))
-        kept: NDArray[np.bool_] = near & (squared <= np.float32(min(max_range_m, MAX_RANGE_M) ** 2))
-    return kept
+        far = squared <= np.float32(min(max_range_m, MAX_RANGE_M) ** 2)
+    return np.flatnonzero(near & far)
+
+
+def _select(values: NDArray[Any], kept: NDArray[np.intp]) -> NDArray[Any]:
+    # take is four times as fast as a mask on rows of three.
+    return values if kept.size == len(values) else values.take(kept, axis=0)
 
 
 def _times(
-    table: NDArray[np.void], kept: NDArray[np.bool_], stamp_ns: int
+    table: NDArray[np.void], kept: NDArray[np.intp], stamp_ns: int
 ) -> tuple[NDArray[np.float64] | None, tuple[Note, ...]]:
     names = [name for name in table.dtype.names or () if name in TIME_FIELDS]
     if not names:
         return None, ()
     column: NDArray[Any] = table[names[0]].reshape(-1)
-    return point_times(column if kept.all() else column[kept], stamp_ns)
+    return point_times(_select(column, kept), stamp_ns)
 
 
 def _layout(code: str, found: str, expected: str) -> DataError:

@@ -13,7 +13,7 @@ import numpy as np
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator, unused-ignore]
 def _number(payload: Any, nibble: int, max_nibbles: int) -> tuple[int, int]:
     """The number that begins at a nibble, and the nibble after it; -1 if it has no end."""
-    number = 0
+    number: Any = 0
     for place in range(max_nibbles):
         word = nibble >> 3 << 2
         if word + 4 > payload.size:

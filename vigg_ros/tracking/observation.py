@@ -70,9 +70,7 @@ class Calibration:
         camera = self.camera
         if (width_px, height_px) == (camera.width_px, camera.height_px):
             return self
-        # Drivers round the smaller side, so equal aspect means to within a pixel of either image.
-        mismatch = abs(width_px * camera.height_px - height_px * camera.width_px)
-        if self.cropped or mismatch >= min(width_px, camera.width_px):
+        if self.cropped or not _same_aspect((width_px, height_px), (camera.width_px, camera.height_px)):
             raise DataError(
                 "CALIBRATION_SIZE",
                 found=f"an image of {width_px}x{height_px} with a CameraInfo for "
@@ -82,6 +80,13 @@ class Calibration:
             )
         rectifier = None if self.rectifier is None else self.rectifier.resized(width_px, height_px)
         return replace(self, camera=resized(camera, width_px, height_px), rectifier=rectifier)
+
+
+def _same_aspect(*sizes: tuple[int, int]) -> bool:
+    """Whether one image is the other one scaled: to less than a pixel of the smaller, and to 1 %."""
+    (width, height), large = sorted(sizes)
+    mismatch = abs(width * large[1] - height * large[0])
+    return mismatch < min(large) and 100 * mismatch < width * large[1]
 
 
 @dataclass(frozen=True, slots=True)
