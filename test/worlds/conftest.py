@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The camera and the room that the tests of the worlds share."""
+"""The camera and the scenes that the tests of the worlds share."""
 
 from __future__ import annotations
 
 import pytest
 
 from vigg_ros.registration.camera import Camera
-from vigg_ros.worlds import Scene, room
+from vigg_ros.worlds import Scene, room, street
 
 
 @pytest.fixture(scope="session")
@@ -18,3 +18,9 @@ def camera() -> Camera:
 @pytest.fixture(scope="session")
 def furnished_room() -> Scene:
     return room(seed=11)
+
+
+@pytest.fixture(scope="session")
+def a_street() -> Scene:
+    """The one that the bundled bag shows."""
+    return street(seed=3)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-import pytest
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.worlds import (
@@ -22,7 +21,6 @@ from vigg_ros.worlds import (
     render_lidar,
     render_rgbd,
     single_plane,
-    street,
 )
 from vigg_ros.worlds.poses import T_BODY_OPTICAL, flat, look_at
 
@@ -31,11 +29,6 @@ EYE, TARGET = (-1.0, 0.2, 1.4), (2.0, 0.0, 1.2)
 
 def keypoint_count(scene: Scene, camera: Camera) -> int:
     return len(cv2.SIFT_create().detect(render_image(scene, camera, look_at(EYE, TARGET)), None))
-
-
-@pytest.fixture(scope="module")
-def a_street() -> Scene:
-    return street(seed=5)
 
 
 def test_a_drive_through_the_street_meets_nothing(a_street: Scene) -> None:

@@ -41,7 +41,8 @@ def blank(size_m: Size, texel_m: float, colour: Colour) -> Canvas:
 
 def finish(canvas: Canvas, texel_m: float) -> Texture:
     soft = cv2.GaussianBlur(canvas, (0, 0), 0.8)
-    return Texture.of(np.clip(np.rint(soft), 0, 255).astype(np.uint8), texel_m)
+    np.rint(np.clip(soft, 0, 255, out=soft), out=soft)
+    return Texture.of(soft.astype(np.uint8), texel_m)
 
 
 def stains(rng: Rng, canvas: NDArray[np.floating[Any]], coarsest_px: float, octaves: int) -> Canvas:

@@ -135,7 +135,7 @@ def tiles(rng: Rng, size_m: Size, *, tile_m: float = 0.3, texel_m: float = 0.004
     return finish(copies[:height, :width], texel_m)
 
 
-def facade(rng: Rng, size_m: Size, *, texel_m: float = 0.02) -> Texture:
+def facade(rng: Rng, size_m: Size, *, texel_m: float = 0.025) -> Texture:
     """A house front: plaster or bricks, a plinth, and rows of windows that differ in what they show."""
     ground = rng.uniform((110, 140, 150), (200, 215, 225))
     canvas = blank(size_m, texel_m, (ground[0], ground[1], ground[2]))
@@ -151,7 +151,7 @@ def facade(rng: Rng, size_m: Size, *, texel_m: float = 0.02) -> Texture:
     return finish(canvas, texel_m)
 
 
-def asphalt(rng: Rng, size_m: Size, *, texel_m: float = 0.04) -> Texture:
+def asphalt(rng: Rng, size_m: Size, *, texel_m: float = 0.05) -> Texture:
     """A road: grey with stains of all sizes, patches where it was mended, and cracks."""
     canvas = blank(size_m, texel_m, (95, 95, 92))
     canvas += 10 * stains(rng, canvas, 4.0 / texel_m, 8)

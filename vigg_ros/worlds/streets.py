@@ -21,11 +21,9 @@ CROSSING_X_M = 20.0
 """The main street runs along x through the origin; a side street leaves it northwards here."""
 
 STREET_DRIVE = Drive(
-    start=(4.0, -0.9, 0.0),
-    speed_mps=5.0,
-    legs=(Leg(5.0), Leg(16.9, 90.0), Leg(5.0), Leg(3.0, 15.0), Leg(3.0, -15.0)),
+    start=(1.3, -0.6, 0.0), speed_mps=6.0, legs=(Leg(12.0), Leg(11.0, turn_deg=90.0), Leg(20.0))
 )
-"""Along the main street, left into the side street, and a little around what stands there."""
+"""Along the main street, left into the side street, and on."""
 
 _FRONT_M = 8.5
 """From the middle of a road to the house fronts along it."""
