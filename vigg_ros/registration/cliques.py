@@ -15,7 +15,7 @@ from vigg_ros.registration.options import CliqueConfig
 from vigg_ros.registration.rigid import angle_rad, weighted_svd
 from vigg_ros.registration.stages import stage
 
-MAX_WORK = 100_000_000
+MAX_WORK = 10_000_000
 """Bound of the clique search in 64-bit word operations, about 0.1 s; at it, the heaviest cliques so far stand."""
 
 DISTINCT_ANGLE_RAD = np.deg2rad(15.0)

@@ -102,12 +102,12 @@ class VerificationConfig:
     enabled: bool = option(True, "off for the paper's method, which always answers")
     candidates: int = option(8, "different hypotheses followed to the end; lower for speed", low=1, high=50)
     min_overlap: float = option(
-        0.06, "share of the surface that must coincide; raise to demand closer views", low=0.0, high=1.0
+        0.10, "share of the surface that must coincide; raise to demand closer views", low=0.0, high=1.0
     )
     min_consistency: float = option(
         0.6, "coinciding share of the surface that both sensors should see; lower where things move", low=0.0, high=1.0
     )
-    min_inliers: int = option(12, "matches that must agree with the answer", low=3, high=1000)
+    min_inliers: int = option(8, "matches that must agree with the answer", low=3, high=1000)
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,15 @@ MIN_LANDMARKS = 50
 TOLERANCE_VOXELS, TOLERANCE_PER_METRE = 2.0, 0.01
 """How far apart surfaces may lie and still coincide: the grid, and depth noise growing with distance."""
 
-AMBIGUOUS_SUPPORT, AMBIGUOUS_MATCHES = 0.75, 0.6
-"""Shares of the best answer's surface support and match score from which another one rivals it."""
+RIVAL_SURFACE, RIVAL_MATCHES = 0.75, 0.6
+"""Shares of the best answer's surface balance and of its matches from which another one rivals it."""
+
+MAX_RIVALS = 3
+"""Rivals refined to the end; many of them are the same answer, not yet converged."""
+
+VISUAL_WEIGHT = 0.25
+"""Weight of the share of visual matches beside the shares of surface. Wrong cliques of visual matches are
+small where surfaces tell answers apart; on a bare wall only the matches do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +65,9 @@ class Candidate:
 
     @property
     def support(self) -> float:
-        """Surfaces that coincide less those that contradict, plus the share of visual matches that agree."""
-        return self.agreement.balance + float(np.mean(self.visual_inliers) if len(self.visual_inliers) else 0.0)
+        """Surfaces that coincide less those that contradict, plus some of the share of visual matches that agree."""
+        share = float(np.mean(self.visual_inliers)) if len(self.visual_inliers) else 0.0
+        return self.agreement.balance + VISUAL_WEIGHT * share
 
 
 def find_lack(target: Features, source: Features) -> tuple[Reason, str] | None:
@@ -101,26 +109,30 @@ def _see(viewer: Features, other: Features, T_viewer_other: NDArray[np.float64],
     return agreement(viewer.view.behind(points), tolerance_m)
 
 
-def choose(candidates: list[Candidate], config: Config) -> tuple[Candidate, float]:
-    """The best supported candidate, and how near the best *different* one comes to it (0 to about 1).
+def contenders(candidates: list[Candidate], config: Config) -> list[Candidate]:
+    """The best supported candidate, and the different ones that rival it, best first, MAX_RIVALS at most."""
+    ranked = sorted(candidates, key=lambda candidate: -candidate.support)
+    rivals = [c for c in ranked[1:] if rivalry(c, ranked[0], config) >= 1.0]
+    return [ranked[0], *rivals[:MAX_RIVALS]]
 
-    A rival must explain both the surfaces and the matches nearly as well.
+
+def rivalry(other: Candidate, best: Candidate, config: Config) -> float:
+    """How near another answer comes to the best one; from 1 on nothing decides between them.
+
+    A rival must be different, and explain both the surfaces and the matches nearly as well.
     """
-    best = max(candidates, key=lambda candidate: candidate.support)
-    threshold_m = config.cliques.inlier_threshold_m
-    rivals = [c for c in candidates if differ(c.T_target_source, best.T_target_source, threshold_m)]
-    return best, max((_rivalry(rival, best) for rival in rivals), default=0.0)
-
-
-def _rivalry(rival: Candidate, best: Candidate) -> float:
-    surface = rival.agreement.balance / max(best.agreement.balance, 1e-9) / AMBIGUOUS_SUPPORT
-    matches = rival.inliers / max(best.inliers, 1) / AMBIGUOUS_MATCHES
+    if not differ(other.T_target_source, best.T_target_source, config.cliques.inlier_threshold_m):
+        return 0.0
+    surface = other.agreement.balance / max(best.agreement.balance, 1e-9) / RIVAL_SURFACE
+    matches = other.inliers / max(best.inliers, 1) / RIVAL_MATCHES
     return max(0.0, min(surface, matches))
 
 
-def judge(pair: Pair, fit: Fit, runner_up: float, evidence: Evidence) -> Registration | Rejection:
-    """The answer, or the first reason against it."""
-    candidate = assess(pair, fit.T_target_source)
+def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rejection:
+    """The best supported fit as the answer, or the first reason against it."""
+    candidates = [assess(pair, fit.T_target_source) for fit in fits]
+    best = max(range(len(fits)), key=lambda i: candidates[i].support)
+    candidate, fit = candidates[best], fits[best]
     evidence = replace(
         evidence,
         visual_inliers=int(np.count_nonzero(candidate.visual_inliers)),
@@ -128,7 +140,7 @@ def judge(pair: Pair, fit: Fit, runner_up: float, evidence: Evidence) -> Registr
         rmse_m=fit.rms_m,
         overlap=candidate.agreement.overlap,
         consistency=candidate.agreement.consistency,
-        runner_up=runner_up,
+        runner_up=max(rivalry(other, candidate, pair.config) for other in candidates),
     )
     objection = _objection(fit, candidate, evidence, pair.config)
     if objection is not None:

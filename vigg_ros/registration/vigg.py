@@ -14,7 +14,7 @@ from vigg_ros.registration.local_match import LocalMatcher, guided_fit, max_zone
 from vigg_ros.registration.matches import concatenate
 from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Rejection
-from vigg_ros.registration.verification import Candidate, Pair, assess, choose, find_lack, judge
+from vigg_ros.registration.verification import Candidate, Pair, assess, contenders, find_lack, judge
 from vigg_ros.registration.visual import match_visual
 
 __all__ = ["extract", "register"]
@@ -43,9 +43,8 @@ def register(target: Features, source: Features, config: Config) -> Outcome:
         return Rejection(Reason.TOO_FEW_MATCHES, message, evidence)
 
     candidates = follow(pair, hypotheses)  # VGM
-    best, runner_up = choose(candidates, config)
-    fit = polish(pair, best)
-    return judge(pair, fit, runner_up, replace(evidence, candidates=len(candidates)))
+    fits = [polish(pair, candidate) for candidate in contenders(candidates, config)]
+    return judge(pair, fits, replace(evidence, candidates=len(candidates)))
 
 
 def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
@@ -61,11 +60,15 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     return [assess(pair, T_target_source) for T_target_source in fits]
 
 
-def polish(pair: Pair, best: Candidate) -> Fit:
-    """The best candidate, its surfaces and visual inliers aligned to the sensor's limit."""
+def polish(pair: Pair, candidate: Candidate) -> Fit:
+    """The candidate with its surfaces and visual inliers aligned to the sensor's limit."""
     config = pair.config
     aligner = SurfaceAligner(pair.target.surface, config.geometric.voxel_size_m)
     rows = sample(len(pair.source.surface), config.geometric.sample_k, config.seed)
     return refine(
-        aligner, pair.source.surface.select(rows), pair.visual.select(best.visual_inliers), best.T_target_source, config
+        aligner,
+        pair.source.surface.select(rows),
+        pair.visual.select(candidate.visual_inliers),
+        candidate.T_target_source,
+        config,
     )

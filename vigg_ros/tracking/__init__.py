@@ -1,2 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
+"""Frames over time: pairing, keyframes, and the chain of poses. The only rooms with memory."""
+
+from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame
+from vigg_ros.tracking.keyframes import Keyframe
+from vigg_ros.tracking.registrar import Estimate, Registrar, State
+
+__all__ = ["Estimate", "FrameAssembler", "Keyframe", "Refusal", "Registrar", "State", "SyncedFrame"]

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames over time: each is registered against a reference keyframe, and its pose chained through it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.features import Features
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.result import Evidence, Outcome, Registration, Rejection
+from vigg_ros.registration.stages import record_stages
+from vigg_ros.registration.verification import find_lack
+from vigg_ros.registration.vigg import extract, register
+from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
+
+
+class State(str, Enum):
+    """What an estimate is worth."""
+
+    STARTED = "STARTED"
+    """The first usable frame: it defines the odometry frame."""
+    TRACKING = "TRACKING"
+    RELOCALISED = "RELOCALISED"
+    """Found again against a keyframe other than the reference; the pose may step by the drift in between."""
+    LOST = "LOST"
+    """No pose; ``outcome`` says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """The answer to one frame."""
+
+    stamp_ns: int
+    state: State
+    T_odom_frame: NDArray[np.float64] | None
+    """(4, 4): p_odom = T_odom_frame @ p_frame, metres; None while lost."""
+    keyframe_id: int | None
+    """The reference of ``outcome``; the frame's own at the start; None while there is none."""
+    outcome: Outcome | None
+    """The registration against that keyframe or the rejection by the reference; None at the start."""
+    covariance: NDArray[np.float64] | None
+    """(6, 6) of T_odom_frame as geometry_msgs/PoseWithCovariance orders it; it grows along the chain."""
+    timings_ms: dict[str, float]
+    """Milliseconds per stage."""
+    session: int
+    """Estimates of different sessions have no odometry frame in common."""
+    new_keyframe: bool
+    """Whether this frame became the reference of the following ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tracked:
+    """The last frame that was tracked, and where."""
+
+    frame: Frame
+    features: Features
+    pose: UncertainPose
+
+
+class Registrar:
+    """Holds the keyframes. Not safe for use from several threads at once."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._session = 0
+        self.reset()
+
+    @property
+    def reference(self) -> Keyframe | None:
+        """The keyframe that the next frame is registered against first."""
+        return self._keyframes.reference
+
+    def reset(self, session: int | None = None) -> None:
+        """Forget everything; the next usable frame defines a new odometry frame."""
+        self._keyframes = KeyframeBuffer(self._config.keyframes)
+        self._last: Tracked | None = None
+        self._frames_lost = 0
+        self._session = self._session if session is None else session
+
+    def step(self, frame: Frame, *, session: int | None = None) -> Estimate:
+        """Register the next frame; a session other than the current one starts again."""
+        if session is not None and session != self._session:
+            self.reset(session)
+        with record_stages() as timings_ms:
+            features = extract(frame, self._config)
+            if self._keyframes.reference is None:
+                return self._start(frame, features, timings_ms)
+            state, keyframe, outcome = self._search(features)
+        if isinstance(outcome, Rejection):
+            self._frames_lost += 1
+            return self._estimate(frame, State.LOST, keyframe, outcome, timings_ms)
+        self._frames_lost = 0
+        relative = UncertainPose(outcome.T_target_source, outcome.covariance)
+        self._last = Tracked(frame, features, keyframe.pose.compose(relative))
+        new_keyframe = is_far(outcome, self._config.keyframes)
+        if new_keyframe:
+            self._keyframes.add(frame, features, self._last.pose)
+        return self._estimate(
+            frame, state, keyframe, outcome, timings_ms, pose=self._last.pose, new_keyframe=new_keyframe
+        )
+
+    def _search(self, features: Features) -> tuple[State, Keyframe, Outcome]:
+        """Against the reference; failing that the last frame, then other keyframes."""
+        reference = self._keyframes.reference
+        assert reference is not None, "the caller has checked"
+        rejection = register(reference.features, features, self._config)
+        if isinstance(rejection, Registration):
+            return State.TRACKING, reference, rejection
+        if self._frames_lost == 0 and self._last is not None and self._last.frame is not reference.frame:
+            # The last frame was tracked, so it is a sound reference, and the nearest there is.
+            last = self._keyframes.add(self._last.frame, self._last.features, self._last.pose)
+            outcome = register(last.features, features, self._config)
+            if isinstance(outcome, Registration):
+                return State.TRACKING, last, outcome
+        for keyframe in self._keyframes.others(self._position(), self._config.keyframes.retries, self._frames_lost):
+            outcome = register(keyframe.features, features, self._config)
+            if isinstance(outcome, Registration):
+                self._keyframes.make_reference(keyframe)
+                return State.RELOCALISED, keyframe, outcome
+        return State.LOST, reference, rejection
+
+    def _position(self) -> NDArray[np.float64]:
+        return np.zeros(3) if self._last is None else self._last.pose.T_parent_child[:3, 3]
+
+    def _start(self, frame: Frame, features: Features, timings_ms: dict[str, float]) -> Estimate:
+        lack = find_lack(features, features)
+        if lack:
+            rejection = Rejection(*lack, Evidence(keypoints=len(features.keypoints)))
+            return self._estimate(frame, State.LOST, None, rejection, timings_ms)
+        pose = UncertainPose.identity()
+        keyframe = self._keyframes.add(frame, features, pose)
+        self._last = Tracked(frame, features, pose)
+        return self._estimate(frame, State.STARTED, keyframe, None, timings_ms, pose=pose, new_keyframe=True)
+
+    def _estimate(
+        self,
+        frame: Frame,
+        state: State,
+        keyframe: Keyframe | None,
+        outcome: Outcome | None,
+        timings_ms: dict[str, float],
+        *,
+        pose: UncertainPose | None = None,
+        new_keyframe: bool = False,
+    ) -> Estimate:
+        return Estimate(
+            stamp_ns=frame.stamp_ns,
+            state=state,
+            T_odom_frame=None if pose is None else pose.T_parent_child,
+            keyframe_id=None if keyframe is None else keyframe.id,
+            outcome=outcome,
+            covariance=None if pose is None else pose.covariance,
+            timings_ms=timings_ms,
+            session=self._session,
+            new_keyframe=new_keyframe,
+        )
