@@ -11,6 +11,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from vigg_ros.bags.losses import in_one_line
 from vigg_ros.bags.mcap import UNPACKED_BYTES_MAX, Broken, decompress
 from vigg_ros.bags.storage import Channel, RawMessage
 
@@ -50,7 +51,7 @@ class Decoder:
                 return store.deserialize_cdr(store.ros1_to_cdr(data, name), name)
             return store.deserialize_ros1(data, name)
         except Exception as error:  # generated code on arbitrary bytes fails in ways nobody lists
-            raise Undecodable(f"{type(error).__name__}: {str(error)[:150]}") from error
+            raise Undecodable(in_one_line(error)) from error
 
     def _store(self, channel: Channel) -> Typestore:
         if channel.encoding not in ("cdr", "ros1"):
@@ -95,9 +96,7 @@ def unpack(data: bytes) -> bytes:
 
     zstd's magic number cannot begin a CDR message, whose first byte is 0. Raises mcap.Broken.
     """
-    if not data.startswith(_ZSTD_MAGIC):
-        return data
-    unpacked = decompress(data, "zstd", UNPACKED_BYTES_MAX)
+    unpacked = decompress(data, "zstd", UNPACKED_BYTES_MAX) if data.startswith(_ZSTD_MAGIC) else data
     if len(unpacked) > UNPACKED_BYTES_MAX:
         raise Broken(f"a message of more than {UNPACKED_BYTES_MAX} bytes")
     return unpacked
@@ -111,10 +110,10 @@ def header_stamp_ns(raw: RawMessage) -> int | None:
     """
     fields = message_types().fielddefs.get(raw.channel.type, ([], []))[1]
     try:
-        data = unpack(raw.data)
-        if not fields or fields[0] != _HEADER or len(data) < 12:
-            return None
+        data = decompress(raw.data, "zstd", 12) if raw.data.startswith(_ZSTD_MAGIC) else raw.data
     except Broken:
+        return None
+    if not fields or fields[0] != _HEADER or len(data) < 12:
         return None
     big_endian = raw.channel.encoding == "cdr" and data[1] == 0
     seconds, nanoseconds = struct.unpack_from(">iI" if big_endian else "<iI", data, 4)

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from vigg_ros.bags.indexed import IndexedFile
-from vigg_ros.bags.losses import Ledger
+from vigg_ros.bags.losses import Ledger, in_one_line
 from vigg_ros.bags.mcap import McapScan
 from vigg_ros.bags.sqlite import SqliteRows, is_cut
 from vigg_ros.bags.storage import RawMessage, Storage
@@ -61,17 +61,17 @@ class StorageFile:
                         yield raw
                 return
             except Exception as error:  # damaged files make rosbags fail in ways nobody lists
-                self._ledger.damage(f"{self._path.name}: {_words(error)}")
+                self._ledger.damage(f"{self._path.name}: {in_one_line(error)}")
 
     def _sources(self) -> Iterator[Storage]:
         """What to read, and what to go on with when that fails."""
         yield self._primary
-        try:
-            fallback = self._open_fallback()
-        except BagError:
-            return
-        yield fallback
-        fallback.close()
+        fallback = self._open_fallback()
+        if fallback is not None:
+            try:
+                yield fallback
+            finally:
+                fallback.close()
 
     def close(self) -> None:
         """Release the file."""
@@ -93,24 +93,24 @@ class StorageFile:
         try:
             return IndexedFile(self._path)
         except Exception as error:  # as above
-            fallback = self._open_fallback(error)
-            self._ledger.note(
-                f"{self._path.name} is read from front to back, without its index: {_words(error)}"
-            )
+            fallback = self._open_fallback()
+            words = in_one_line(error)
+            if fallback is None:
+                raise BagError(f"{self._path} cannot be read ({words}); {self._remedy}") from error
+            self._ledger.note(f"{self._path.name} is read front to back, without its index ({words})")
             return fallback
 
-    def _open_fallback(self, cause: Exception | None = None) -> Storage:
+    def _open_fallback(self) -> Storage | None:
+        """The sequential reader for this file; None if there is none or it finds no message."""
         fallback: Storage | None = None
         try:
             if self._path.suffix == ".mcap":
                 fallback = McapScan(self._path, self._ledger)
             elif self._path.suffix == ".db3":
                 fallback = SqliteRows(self._path, self._ledger)
-        except (OSError, sqlite3.Error) as error:
-            cause = error
-        if fallback is None or not fallback.counts:
-            raise BagError(f"{self._path} cannot be read ({_words(cause)}); {self._remedy}") from cause
-        return fallback
+        except (OSError, sqlite3.Error):
+            return None
+        return fallback if fallback is not None and fallback.counts else None
 
     @property
     def _remedy(self) -> str:
@@ -133,8 +133,3 @@ def unpack_file(path: Path, folder: Path, ledger: Ledger) -> Path:
     except OSError as error:
         raise BagError(f"{path} cannot be unpacked into {folder}: {error}") from error
     return unpacked
-
-
-def _words(error: Exception | None) -> str:
-    """An error of another library in one short line."""
-    return f"{type(error).__name__}: {str(error)[:150]}" if str(error) else type(error).__name__

@@ -9,6 +9,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 
+def in_one_line(error: BaseException) -> str:
+    """An error of another library as part of a sentence."""
+    text = " ".join(str(error).split())[:150]
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
 @dataclass(frozen=True, slots=True)
 class Loss:
     """Messages that a bag should hold and that could not be handed on."""

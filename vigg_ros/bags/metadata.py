@@ -17,7 +17,7 @@ from typing import Any
 
 import yaml
 
-from vigg_ros.bags.losses import Ledger
+from vigg_ros.bags.losses import Ledger, in_one_line
 from vigg_ros.registration.errors import BagError
 
 _STORAGE = re.compile(r"\.(mcap|db3)(\.zstd)?$")
@@ -97,7 +97,7 @@ def _read_metadata(path: Path) -> tuple[list[str], Counter[str]]:
         return _parse_metadata(document["rosbag2_bagfile_information"])
     except Exception as error:  # garbage makes a YAML parser fail in ways nobody lists
         raise BagError(
-            f"{path} is not readable metadata ({type(error).__name__}: {str(error)[:200]}); "
+            f"{path} is not readable metadata ({in_one_line(error)}); "
             f"rebuild it with 'ros2 bag reindex', or give the storage file in {path.parent} itself"
         ) from error
 

@@ -32,9 +32,14 @@ class SqliteRows:
         self._ledger = ledger
         self._database = sqlite3.connect(f"file:{quote(str(path))}?mode=ro&immutable=1", uri=True)
         self._database.text_factory = lambda text: text.decode(errors="replace")
-        self._by_id = self._read_channels()
+        try:
+            self._by_id = self._read_channels()
+        except sqlite3.Error:
+            self._database.close()
+            raise
         self.channels = tuple(dict.fromkeys(self._by_id.values()))
-        self.counts = Counter(raw.channel.key for raw in self.messages(self._topics()))
+        topics = {channel.topic for channel in self.channels}
+        self.counts = Counter(raw.channel.key for raw in self.messages(topics))
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The readable messages of these topics, in the order of recording."""
@@ -44,9 +49,6 @@ class SqliteRows:
                 self._ledger.damage(f"{self._path.name}: rows without a topic, a time or a message")
             elif channel.topic in topics:
                 yield RawMessage(channel, log_ns, data)
-
-    def _topics(self) -> set[str]:
-        return {channel.topic for channel in self.channels}
 
     def close(self) -> None:
         """Close the database."""

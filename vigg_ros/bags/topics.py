@@ -109,6 +109,15 @@ def _find_candidates(
     by_depth = requested.geometry == "depth" or (
         requested.geometry is None and not requested.points and bool(depths or requested.depth)
     )
+    if (
+        not by_depth
+        and requested.geometry is None
+        and not any(topic.type in POINTS_TYPES for topic in topics)
+    ):
+        raise TopicError(
+            "found neither depth images (--depth-topic) nor clouds (--points-topic); "
+            + _listing(topics, (*IMAGE_TYPES, *POINTS_TYPES))
+        )
     if by_depth:
         geometry = _narrow(topics, depths, requested.depth, "depth", IMAGE_TYPES)
     else:

@@ -1,0 +1,250 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages come in the order in which the sensors looked, whatever the recorder's clock did."""
+
+from __future__ import annotations
+
+import random
+import weakref
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bag_samples import (
+    COLOUR,
+    DEPTH,
+    START_NS,
+    flip,
+    noise_entries,
+    relabelled,
+    rgbd_entries,
+    storage_file,
+    tf_static_entry,
+    write_bag,
+    write_ros1_bag,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vigg_ros.bags import ordering
+from vigg_ros.bags.ordering import NEAR_MESSAGES, StampEntry, in_stamp_order, loop_numbers, stamp_order
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.storage import Channel, RawMessage
+from vigg_ros.registration.errors import BagError
+
+LOG_ROW = pytest.mark.hostile("Bags: log time out of order: order by header stamp")
+S = 1_000_000_000
+CHANNEL = Channel("/a", "sensor_msgs/msg/Image", "cdr")
+
+
+def series(stamps, topic: str = "/a") -> list[StampEntry]:
+    return [StampEntry(topic, place, None if stamp is None else stamp) for place, stamp in enumerate(stamps)]
+
+
+def raw_series(count: int) -> list[RawMessage]:
+    return [RawMessage(CHANNEL, k, b"%d" % k) for k in range(count)]
+
+
+def shuffled_log_times(entries, seed: int):
+    times = [one.log_ns for one in entries]
+    random.Random(seed).shuffle(times)
+    return [relabelled(one, log_ns=log_ns) for one, log_ns in zip(entries, times, strict=True)]
+
+
+LOG_TIMES = {
+    "shuffled": lambda entries: shuffled_log_times(entries, 5),
+    "backwards": lambda entries: [relabelled(one, log_ns=2 * START_NS - one.log_ns) for one in entries],
+    "all the same": lambda entries: [relabelled(one, log_ns=START_NS) for one in entries],
+    "all 0": lambda entries: [relabelled(one, log_ns=0) for one in entries],
+    "clock steps back in the middle": lambda entries: [
+        relabelled(one, log_ns=one.log_ns - (10 * S if place > 20 else 0))
+        for place, one in enumerate(entries)
+    ],
+    "topic after topic": lambda entries: [
+        relabelled(one, log_ns=START_NS + place)
+        for place, one in enumerate(sorted(entries, key=lambda one: one.topic))
+    ],
+}
+
+
+@LOG_ROW
+@pytest.mark.parametrize("written", ["mcap", "sqlite3", "ros1"])
+@pytest.mark.parametrize("times", LOG_TIMES)
+def test_messages_come_by_header_stamp(times: str, written: str, tmp_path: Path) -> None:
+    # 60 frames are 2 s: more than a loop's least step back, and more than are held back in memory.
+    entries = LOG_TIMES[times](rgbd_entries(60))
+    if written == "ros1":
+        bag = write_ros1_bag(tmp_path / "old.bag", entries)
+    else:
+        bag = write_bag(tmp_path / "bag", entries, storage=written)
+    with BagReader(bag) as reader:
+        messages = list(reader.messages())
+        assert not reader.damaged
+    stamps = [(one.message.header.stamp.sec, one.message.header.stamp.nanosec) for one in messages]
+    assert stamps == sorted(stamps)
+    assert len(messages) == 4 * 60
+    colours = [int(one.message.data[0]) for one in messages if one.topic == COLOUR]
+    assert colours == list(range(60))
+
+
+@LOG_ROW
+def test_log_order_is_there_for_those_who_ask(tmp_path: Path) -> None:
+    entries = shuffled_log_times(rgbd_entries(), 5)
+    with BagReader(write_bag(tmp_path / "bag", entries)) as reader:
+        times = [one.log_ns for one in reader.messages(order="log")]
+    assert times == sorted(one.log_ns for one in entries)
+
+
+@LOG_ROW
+def test_a_damaged_and_shuffled_bag_is_sorted_too(tmp_path: Path) -> None:
+    entries = shuffled_log_times(noise_entries(40), 3)
+    bag = write_bag(tmp_path / "bag", entries)
+    file = storage_file(bag)
+    flip(file, file.read_bytes().index(b"\x06", 8_000_000), count=1)  # somewhere in the pixels
+    flip(file, -1)
+    with BagReader(bag) as reader:
+        stamps = [one.message.header.stamp.nanosec for one in reader.messages()]
+        assert any("without its index" in note for note in reader.notes)
+    assert len(stamps) == 40
+    assert stamps == [(START_NS + k * 33_333_333) % S for k in np.arange(40).tolist()]
+
+
+@given(st.permutations(range(100)))
+def test_any_permutation_is_undone(stamps: list[int]) -> None:
+    raws = raw_series(100)
+    ordered = in_stamp_order(series(stamps), lambda: iter(raws))
+    assert [stamps[int(raw.data)] for raw in ordered] == list(range(100))
+
+
+@given(st.lists(st.one_of(st.none(), st.integers(0, 5 * S)), max_size=60))
+def test_every_message_comes_once(stamps: list[int | None]) -> None:
+    raws = raw_series(len(stamps))
+    assert sorted(in_stamp_order(series(stamps), lambda: iter(raws)), key=lambda raw: raw.log_ns) == raws
+
+
+def test_equal_stamps_keep_the_recorded_order() -> None:
+    assert stamp_order(series([5, 5, 3, 5, 3])).tolist() == [2, 4, 0, 1, 3]
+
+
+def test_a_message_without_a_stamp_stays_behind_the_one_before_it() -> None:
+    # The first has none before it and comes first; the one recorded after 7 comes after 7.
+    assert stamp_order(series([None, 7, None, 5])).tolist() == [0, 3, 1, 2]
+
+
+def test_tf_static_comes_first(tmp_path: Path) -> None:
+    entries = [tf_static_entry(START_NS), *rgbd_entries()]
+    with BagReader(write_bag(tmp_path / "bag", entries)) as reader:
+        assert next(reader.messages()).topic == "/tf_static"
+
+
+def looped(times: int, frames: int = 60):
+    """The same bag played several times with a pause, and recorded with the old headers."""
+    found = []
+    for loop in range(times):
+        shift = loop * (frames * 33_333_333 + 2 * S)
+        found += [relabelled(one, log_ns=one.log_ns + shift) for one in rgbd_entries(frames)]
+    return found
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_loops_are_sorted_each_on_its_own(storage: str, tmp_path: Path) -> None:
+    with BagReader(write_bag(tmp_path / "bag", looped(3), storage=storage)) as reader:
+        messages = list(reader.messages([COLOUR, DEPTH]))
+    for topic in (COLOUR, DEPTH):
+        values = [int(one.message.data[0]) for one in messages if one.topic == topic]
+        assert values == values[:60] * 3
+
+
+def test_a_loop_begins_with_the_first_topic_that_goes_back() -> None:
+    stamps = [k * S for k in range(6)]
+    entries = [*series(stamps, "/a"), *series(stamps, "/b")]
+    entries.sort(key=lambda entry: (entry.stamp_ns, entry.topic != "/b"))
+    assert loop_numbers(entries * 2).tolist() == [0] * 12 + [1] * 12
+
+
+@pytest.mark.parametrize(
+    ("stamps", "why"),
+    [
+        ([0, 1, 2, 3, 4, 5, 1, 6, 7], "one duplicate"),
+        ([0, 1, 2, 3, 4, 5, 1, 2, 3, 6, 7], "a few duplicates"),
+        ([5, 4, 3, 2, 1, 0], "new stamps, backwards"),
+        ([0, 10, 1, 11, 2, 12, 3, 13], "disorder"),
+        ([0, 1, 2, 3, 4, 5, 5, 5, 5, 5, 5, 5], "a stuck clock"),
+    ],
+)
+def test_what_is_no_loop(stamps: list[int], why: str) -> None:
+    assert not loop_numbers(series([stamp * S for stamp in stamps])).any(), why
+
+
+def test_a_loop_of_less_than_a_second_is_repeated_stamps() -> None:
+    stamps = [k * S // 10 for k in range(9)] * 2
+    assert not loop_numbers(series(stamps)).any()
+
+
+class Alive:
+    """Counts which messages exist at a time."""
+
+    def __init__(self) -> None:
+        self.now = self.most = 0
+
+    def reading(self, count: int):
+        for number in range(count):
+            raw = WeakRaw(number)
+            self.now += 1
+            self.most = max(self.most, self.now)
+            weakref.finalize(raw, self._gone)
+            yield raw
+            del raw
+
+    def _gone(self) -> None:
+        self.now -= 1
+
+
+class WeakRaw(RawMessage):
+    """A raw message that can be watched."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(CHANNEL, number, b"%d" % number)
+
+
+@pytest.mark.parametrize("kind", ["near", "one far", "reversed", "random"])
+def test_only_a_few_messages_are_held(kind: str) -> None:
+    count = 2000
+    stamps = list(range(count))
+    if kind == "near":
+        stamps = [k + (NEAR_MESSAGES - 1) * (k % NEAR_MESSAGES == 0) for k in stamps]
+    elif kind == "one far":
+        stamps[10], stamps[1500] = stamps[1500], stamps[10]
+    elif kind == "reversed":
+        stamps.reverse()
+    else:
+        random.Random(0).shuffle(stamps)
+    alive = Alive()
+    got = [stamps[int(raw.data)] for raw in in_stamp_order(series(stamps), lambda: alive.reading(count))]
+    assert got == sorted(stamps)
+    assert alive.most <= 2 * NEAR_MESSAGES + 2
+
+
+@pytest.mark.parametrize("stamps", [range(100), range(100, 0, -1)])
+@pytest.mark.parametrize("second", [50, 0])
+def test_a_bag_that_shrinks_between_the_readings_is_an_error(stamps, second: int) -> None:
+    with pytest.raises(BagError, match="changed while it was read"):
+        list(in_stamp_order(series(stamps), lambda: iter(raw_series(second))))
+
+
+def test_a_full_disk_is_an_error_that_names_the_place(monkeypatch) -> None:
+    class Full:
+        def __init__(self, **_: object) -> None: ...
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+        def tell(self) -> int:
+            return 0
+
+        def write(self, data: bytes) -> int:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(ordering.tempfile, "SpooledTemporaryFile", Full)
+    with pytest.raises(BagError, match="put aside in .*No space left"):
+        list(in_stamp_order(series(range(100, 0, -1)), lambda: iter(raw_series(100))))
