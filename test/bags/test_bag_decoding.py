@@ -9,6 +9,7 @@ import tracemalloc
 from pathlib import Path
 
 import pytest
+from backports import zstd
 from bag_samples import (
     COLOUR,
     FRAMES,
@@ -22,7 +23,6 @@ from bag_samples import (
     write_bag,
     write_ros1_bag,
 )
-from backports import zstd
 
 from vigg_ros.bags import decoding
 from vigg_ros.bags.decoding import Decoder, Undecodable, header_stamp_ns

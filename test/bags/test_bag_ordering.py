@@ -246,5 +246,5 @@ def test_a_full_disk_is_an_error_that_names_the_place(monkeypatch) -> None:
             raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(ordering.tempfile, "SpooledTemporaryFile", Full)
-    with pytest.raises(BagError, match="put aside in .*No space left"):
+    with pytest.raises(BagError, match=r"put aside in .*No space left"):
         list(in_stamp_order(series(range(100, 0, -1)), lambda: iter(raw_series(100))))

@@ -109,11 +109,8 @@ def _find_candidates(
     by_depth = requested.geometry == "depth" or (
         requested.geometry is None and not requested.points and bool(depths or requested.depth)
     )
-    if (
-        not by_depth
-        and requested.geometry is None
-        and not any(topic.type in POINTS_TYPES for topic in topics)
-    ):
+    clouds = [topic for topic in topics if topic.type in POINTS_TYPES]
+    if not (by_depth or clouds or requested.geometry):
         raise TopicError(
             "found neither depth images (--depth-topic) nor clouds (--points-topic); "
             + _listing(topics, (*IMAGE_TYPES, *POINTS_TYPES))

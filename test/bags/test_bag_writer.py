@@ -1,0 +1,215 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is written is read back, is never written over something, and is the same each time."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from bag_samples import CAMERA, START_NS
+from rosbags import rosbag2
+from rosbags.interfaces import QosDurability, QosHistory, QosReliability
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.writer import BagWriter
+from vigg_ros.messages.decode import decode_image
+from vigg_ros.messages.encode import (
+    Message,
+    encode_camera_info,
+    encode_diagnostic_array,
+    encode_diagnostic_status,
+    encode_image,
+    encode_odometry,
+    encode_path,
+    encode_points,
+    encode_pose,
+    encode_pose_with_covariance,
+    encode_tf,
+    encode_transform,
+)
+from vigg_ros.registration.errors import BagError
+
+HEADER = {"stamp_ns": START_NS, "frame_id": "camera"}
+STATUS = encode_diagnostic_status(1, "registrar", "lost", values={"inliers": 3})
+SIX = np.arange(36.0).reshape(6, 6)
+
+MESSAGES: dict[str, Message] = {
+    "/image": encode_image(np.arange(48, dtype=np.uint8).reshape(4, 4, 3), **HEADER),
+    "/depth": encode_image(np.arange(16, dtype=np.uint16).reshape(4, 4), **HEADER),
+    "/depth_m": encode_image(np.arange(16, dtype=np.float32).reshape(4, 4), **HEADER),
+    "/info": encode_camera_info(CAMERA, **HEADER),
+    "/points": encode_points(np.eye(3), **HEADER),
+    "/pose": encode_pose(np.eye(4), **HEADER),
+    "/covariance": encode_pose_with_covariance(np.eye(4), SIX, **HEADER),
+    "/odom": encode_odometry(np.eye(4), SIX, np.arange(6.0), SIX, **HEADER, child_frame_id="base"),
+    "/path": encode_path([(START_NS, np.eye(4)), (START_NS + 1, np.eye(4))], **HEADER),
+    "/tf_static": encode_tf([encode_transform(np.eye(4), **HEADER, child_frame_id="base")]),
+    "/diagnostics": encode_diagnostic_array([STATUS], stamp_ns=START_NS),
+    "/status": STATUS,
+}
+WAYS = [
+    ("mcap", "none"),
+    ("mcap", "chunk"),
+    ("mcap", "message"),
+    ("mcap", "file"),
+    ("sqlite3", "none"),
+    ("sqlite3", "message"),
+    ("sqlite3", "file"),
+]
+
+
+def write(path: Path, **options: str) -> Path:
+    with BagWriter(path, **options) as writer:
+        for number, (topic, message) in enumerate(MESSAGES.items()):
+            writer.write(topic, message, log_ns=START_NS + number)
+    return path
+
+
+def plain(value: object) -> object:
+    """A message object or fields as nested dicts, lists and numbers."""
+    if isinstance(value, Message):
+        return {name: plain(field) for name, field in value.fields.items()}
+    if hasattr(value, "__msgtype__"):
+        # rosbags keeps a type's constants, which are in capitals, beside its fields.
+        fields = {name: field for name, field in vars(value).items() if name == name.lower() != "__msgtype__"}
+        return {name: plain(field) for name, field in fields.items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return getattr(value, "value", value)
+
+
+@pytest.mark.parametrize(("storage", "compression"), WAYS)
+def test_every_message_comes_back_as_it_was(storage: str, compression: str, tmp_path: Path) -> None:
+    bag = write(tmp_path / "bag", storage=storage, compression=compression)
+    with BagReader(bag) as reader:
+        read = {one.topic: (one.type, one.log_ns, plain(one.message)) for one in reader.messages()}
+        assert not reader.damaged
+    assert read == {
+        topic: (message.type, START_NS + number, plain(message))
+        for number, (topic, message) in enumerate(MESSAGES.items())
+    }
+
+
+@pytest.mark.parametrize(("storage", "compression"), WAYS)
+def test_the_same_messages_give_the_same_bytes(storage: str, compression: str, tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    bags = [write(tmp_path / at / "bag", storage=storage, compression=compression) for at in "ab"]
+    first, second = ({file.name: file.read_bytes() for file in bag.iterdir()} for bag in bags)
+    assert len(first) == 2
+    assert first == second
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_tf_static_is_marked_as_latched(storage: str, tmp_path: Path) -> None:
+    bag = write(tmp_path / "bag", storage=storage)
+    with rosbag2.Reader(bag) as reader:
+        profiles = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
+    (latched,) = profiles.pop("/tf_static")
+    assert (latched.durability, latched.reliability, latched.history, latched.depth) == (
+        QosDurability.TRANSIENT_LOCAL,
+        QosReliability.RELIABLE,
+        QosHistory.KEEP_LAST,
+        1,
+    )
+    assert all(not others for others in profiles.values())
+
+
+def test_the_metadata_is_what_ros2_jazzy_reads(tmp_path: Path) -> None:
+    text = (write(tmp_path / "bag") / "metadata.yaml").read_text()
+    information = yaml.safe_load(text)["rosbag2_bagfile_information"]
+    assert information["version"] == 9
+    assert information["message_count"] == len(MESSAGES)
+    assert information["starting_time"]["nanoseconds_since_epoch"] == START_NS
+
+
+@pytest.mark.parametrize("kind", ["file", "folder", "dangling link"])
+def test_an_existing_path_is_left_alone(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "bag"
+    if kind == "file":
+        path.write_text("mine")
+    elif kind == "folder":
+        path.mkdir()
+        (path / "mine.txt").write_text("mine")
+    else:
+        path.symlink_to(tmp_path / "nowhere")
+    with pytest.raises(BagError, match="exists already and is not overwritten"):
+        BagWriter(path)
+    assert (path if kind == "file" else path / "mine.txt").exists() or path.is_symlink()
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_a_path_that_comes_into_being_meanwhile_is_left_alone(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag")
+    (tmp_path / "bag").mkdir()
+    with pytest.raises(BagError, match="cannot be written"), writer:
+        pass
+
+
+def test_a_place_that_is_no_folder_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BagError, match=r"file/bag cannot be written: .*give another path"):
+        BagWriter(tmp_path / "file" / "bag").__enter__()
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), sqlite3.OperationalError("full")])
+def test_a_full_disk_is_an_error_with_the_remedy(error, tmp_path: Path, monkeypatch) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    with BagWriter(tmp_path / "bag") as writer:
+        with monkeypatch.context() as patched:
+            patched.setattr(writer._writer, "write", fail)
+            with pytest.raises(BagError, match=r"cannot be written: .*free space"):
+                writer.write("/pose", MESSAGES["/pose"], log_ns=1)
+        writer.write("/pose", MESSAGES["/pose"], log_ns=1)
+
+
+def test_a_bag_that_cannot_be_finished_is_an_error_and_looks_unfinished(tmp_path, monkeypatch) -> None:
+    def fail() -> None:
+        raise OSError(28, "No space left on device")
+
+    def write_and_fail() -> None:
+        with BagWriter(tmp_path / "bag") as writer:
+            monkeypatch.setattr(writer._writer, "close", fail)
+            writer.write("/pose", MESSAGES["/pose"], log_ns=1)
+
+    with pytest.raises(BagError, match="No space left"):
+        write_and_fail()
+    assert not (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def test_an_error_in_between_leaves_a_bag_that_looks_unfinished(tmp_path: Path) -> None:
+    def write_and_fail() -> None:
+        with BagWriter(tmp_path / "bag") as writer:
+            writer.write("/pose", MESSAGES["/pose"], log_ns=1)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_and_fail()
+    assert not (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def test_chunks_are_mcaps_alone(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match="chunk needs the storage mcap"):
+        BagWriter(tmp_path / "bag", storage="sqlite3", compression="chunk")
+
+
+@pytest.mark.parametrize("name", ["a?b", "a#b", "a%20b"])
+def test_sqlite_is_not_led_astray_by_its_own_addresses(name: str, tmp_path: Path) -> None:
+    with pytest.raises(BagError, match="use mcap"):
+        BagWriter(tmp_path / name, storage="sqlite3")
+    with BagReader(write(tmp_path / name)) as reader:
+        assert len(list(reader.messages())) == len(MESSAGES)
+
+
+def test_a_bag_may_lie_deeper_than_what_exists(tmp_path: Path) -> None:
+    with BagReader(write(tmp_path / "a" / "b" / "bag")) as reader:
+        image = next(one.message for one in reader.messages(["/image"]))
+    assert decode_image(image).stamp_ns == START_NS
