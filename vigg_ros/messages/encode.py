@@ -96,14 +96,12 @@ def encode_transform(
     T_frame_child: NDArray[np.floating], *, stamp_ns: int, frame_id: str, child_frame_id: str
 ) -> Message:
     """geometry_msgs/TransformStamped: where the child is in the frame."""
-    transform = {
-        "translation": _vector("Vector3", T_frame_child[:3, 3]),
-        "rotation": _rotation(T_frame_child),
-    }
+    translation, rotation = _rigid("Vector3", T_frame_child)
+    parts = {"translation": translation, "rotation": rotation}
     fields = {
         "header": encode_header(stamp_ns, frame_id),
         "child_frame_id": child_frame_id,
-        "transform": Message("geometry_msgs/msg/Transform", transform),
+        "transform": Message("geometry_msgs/msg/Transform", parts),
     }
     return Message("geometry_msgs/msg/TransformStamped", fields)
 
@@ -138,18 +136,19 @@ def encode_diagnostic_array(statuses: Sequence[Message], *, stamp_ns: int) -> Me
 
 
 def _pose(T_frame_child: NDArray[np.floating]) -> Message:
-    orientation = _rotation(T_frame_child)
-    fields = {"position": _vector("Point", T_frame_child[:3, 3]), "orientation": orientation}
-    return Message("geometry_msgs/msg/Pose", fields)
+    position, orientation = _rigid("Point", T_frame_child)
+    return Message("geometry_msgs/msg/Pose", {"position": position, "orientation": orientation})
 
 
-def _rotation(T_frame_child: NDArray[np.floating]) -> Message:
+def _rigid(kind: str, T_frame_child: NDArray[np.floating]) -> tuple[Message, Message]:
+    """Translation, as a Point or Vector3, and rotation of a transform."""
     T = _checked(T_frame_child, (4, 4))
     R = T[:3, :3]
     if not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0 or tuple(T[3]) != (0, 0, 0, 1):
         raise ValueError(f"found {T.tolist()}, expected a rigid transform")
     x, y, z, w = quaternion_from_rotation(R)
-    return Message("geometry_msgs/msg/Quaternion", {"x": x, "y": y, "z": z, "w": w})
+    rotation = Message("geometry_msgs/msg/Quaternion", {"x": x, "y": y, "z": z, "w": w})
+    return _vector(kind, T[:3, 3]), rotation
 
 
 def _twist(velocity: NDArray[np.float64]) -> Message:

@@ -68,7 +68,7 @@ def _table(msg: PointCloud2Message) -> tuple[NDArray[np.void], tuple[Note, ...]]
 def _row_step(msg: PointCloud2Message) -> tuple[int, tuple[Note, ...]]:
     width, height, row_step = int(msg.width), int(msg.height), int(msg.row_step)
     points = width * height
-    if points == 0:
+    if min(width, height) < 1:
         raise _empty(f"{width}x{height} points")
     if points > MAX_POINTS:
         raise _layout("CLOUD_TOO_LARGE", f"{width}x{height} points", f"at most {MAX_POINTS}")
@@ -110,7 +110,7 @@ def _check_field(field: PointFieldMessage, point_step: int) -> None:
     if sample is None:
         raise _layout("CLOUD_FIELD_TYPE", f"field {shown} of type {field.datatype}", "a type from 1 to 8")
     end = int(field.offset) + np.dtype(sample).itemsize * max(1, int(field.count))
-    if end > point_step:
+    if field.offset < 0 or end > point_step:
         raise _layout("CLOUD_LAYOUT", f"field {shown} up to byte {end}", f"at most point_step, {point_step}")
 
 

@@ -1,0 +1,39 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a message is for decides how it is decoded: the one way in, for the node and for bags."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from vigg_ros.messages.camera_info import Policy, decode_camera_info, images_on
+from vigg_ros.messages.compressed import decode_compressed_image
+from vigg_ros.messages.compressed_depth import decode_compressed_depth
+from vigg_ros.messages.depth import decode_depth
+from vigg_ros.messages.image import decode_image
+from vigg_ros.messages.stamped_pose import decode_pose
+from vigg_ros.registration.options import InputConfig
+from vigg_ros.tracking.observation import Observation
+
+Role = Literal["image", "camera_info", "depth", "ground_truth"]
+
+
+class InputDecoder:
+    """Decodes the messages of one camera. Which topic carries its images says whether they are rectified."""
+
+    def __init__(self, config: InputConfig, image_topic: str) -> None:
+        policy: Policy = config.rectify  # type: ignore[assignment]
+        self._images = images_on(image_topic, policy)
+        self._depth_scale_m = config.depth_scale_m or None
+
+    def decode(self, role: Role, msg: Any) -> Observation:
+        """The observation in a message of this role, raw or compressed. Raises DataError."""
+        compressed = hasattr(msg, "format")
+        if role == "image":
+            return decode_compressed_image(msg) if compressed else decode_image(msg)
+        if role == "camera_info":
+            return decode_camera_info(msg, images=self._images)
+        if role == "depth":
+            read = decode_compressed_depth if compressed else decode_depth
+            return read(msg, depth_scale_m=self._depth_scale_m)
+        return decode_pose(msg)
