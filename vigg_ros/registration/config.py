@@ -18,6 +18,7 @@ from vigg_ros.registration.errors import ConfigError
 from vigg_ros.registration.options import (
     CliqueConfig,
     GeometricConfig,
+    InputConfig,
     KeyframeConfig,
     LocalMatchConfig,
     PairingConfig,
@@ -40,6 +41,7 @@ class Config:
     verification: VerificationConfig = VerificationConfig()
     keyframes: KeyframeConfig = KeyframeConfig()
     pairing: PairingConfig = PairingConfig()
+    input: InputConfig = InputConfig()
     seed: int = option(0, "another draw of the sampled source points", low=0, high=2**31 - 1)
 
     def __post_init__(self) -> None:

@@ -134,3 +134,18 @@ class PairingConfig:
         0.02, "largest difference of stamps in a pair, inclusive; at most half a frame", unit="s", low=0.0, high=1.0
     )
     queue_size: int = option(30, "unpaired messages kept for each topic", low=2, high=10000)
+
+
+@dataclass(frozen=True, slots=True)
+class InputConfig:
+    """How messages are read."""
+
+    rectify: str = option(
+        "auto",
+        "assume_rectified where images are rectified although their topic does not say rect; undistort where they are "
+        "raw although it does",
+        choices=("auto", "assume_rectified", "undistort"),
+    )
+    depth_scale_m: float = option(
+        0.0, "metres per depth unit; 0 means 0.001 for 16-bit and 1 for float images", unit="m", low=0.0, high=10.0
+    )

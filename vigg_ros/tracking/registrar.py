@@ -77,6 +77,11 @@ class Registrar:
         """The keyframe that the next frame is registered against first."""
         return self._keyframes.reference
 
+    @property
+    def session(self) -> int:
+        """The session that the estimates belong to."""
+        return self._session
+
     def reset(self, session: int | None = None) -> None:
         """Forget everything; the next usable frame defines a new odometry frame."""
         self._keyframes = KeyframeBuffer(self._config.keyframes)

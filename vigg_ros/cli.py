@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``vigg``: parses arguments and hands over to the command, which is imported only then."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+import vigg_ros
+
+COMMANDS = {
+    "replay": "run a recorded bag through the node's code and report the trajectory",
+    "register": "register two pairs of a colour and a depth image",
+    "convert": "turn a data set folder into a bag",
+    "doctor": "say what a bag holds and what is missing for a replay",
+    "benchmark": "measure the time of each stage and of message conversion",
+    "config": "print a configuration, with every option explained",
+}
+"""Each is a module of ``vigg_ros.commands`` with ``add_arguments(parser)`` and ``run(arguments)``."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code (see ``commands.console.ExitCode``)."""
+    argv = list(sys.argv[1:] if argv is None else argv)
+    name = next((word for word in argv if word in COMMANDS), None)
+    arguments = _parser(name).parse_args(argv)
+    from vigg_ros.commands import console
+    from vigg_ros.registration.errors import ViggError
+
+    try:
+        return int(arguments.run(arguments))
+    except ViggError as error:
+        print(f"vigg {arguments.command}: {error}", file=sys.stderr)
+        return int(console.exit_code_of(error))
+    except KeyboardInterrupt:
+        print(f"vigg {arguments.command}: interrupted", file=sys.stderr)
+        return int(console.ExitCode.INTERRUPTED)
+    except BrokenPipeError:
+        # The reader of our output has gone (`vigg ... | head`): nothing is left to say, and nobody to say it to.
+        sys.stderr.close()
+        return int(console.ExitCode.OK)
+
+
+def _parser(wanted: str | None) -> argparse.ArgumentParser:
+    """All commands by name; only the wanted one is imported and knows its arguments."""
+    parser = argparse.ArgumentParser(prog="vigg", description="Registration of camera frames with depth (ViGG).")
+    parser.add_argument("--version", action="version", version=f"vigg {vigg_ros.__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, text in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
+        if name == wanted:
+            module = importlib.import_module(f"vigg_ros.commands.{name}")
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

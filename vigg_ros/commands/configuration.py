@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The option --config and --set, common to all commands that register."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from vigg_ros.registration.config import PRESETS, Config
+from vigg_ros.registration.errors import ConfigError
+
+
+def add_config_arguments(parser: ArgumentParser) -> None:
+    """--config and --set."""
+    parser.add_argument(
+        "--config",
+        default="rgbd",
+        metavar="NAME_OR_FILE",
+        help=f"a preset ({', '.join(PRESETS)}) or a YAML file (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="OPTION=VALUE",
+        help="change one option, e.g. visual.detector=orb; see `vigg config` for all of them",
+    )
+
+
+def load_config(arguments: Namespace) -> Config:
+    """Command line over file over default. Raises ConfigError."""
+    name = arguments.config
+    config = Config.load(name) if Path(name).is_file() else Config.preset(name)
+    return config.replace(dict(map(_assignment, arguments.set)))
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise ConfigError(f"--set {text!r} has no =; expected OPTION=VALUE, e.g. visual.top_k=300")
+    try:
+        return name.strip(), yaml.safe_load(value)
+    except yaml.YAMLError as error:
+        raise ConfigError(f"--set {name}: {value!r} is not a value: {error}") from error

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What all commands have in common: exit codes, progress, tables, the machine's name."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from collections.abc import Sequence
+from enum import IntEnum
+from types import TracebackType
+from typing import Any
+
+import vigg_ros
+from vigg_ros.registration.errors import BagError, ViggError
+
+
+class ExitCode(IntEnum):
+    """What a command tells the shell; DESIGN section 5."""
+
+    OK = 0
+    USAGE = 2
+    UNREADABLE = 3
+    PARTLY_READABLE = 4
+    NOTHING_PAIRED = 5
+    INTERRUPTED = 130
+
+
+class UsageError(ViggError):
+    """The command was asked for something that cannot be done as asked."""
+
+
+class Progress:
+    """A counting line on stderr, on a terminal only; a context manager."""
+
+    def __init__(self, what: str, total: int) -> None:
+        self._what = what
+        self._total = total
+        self._done = 0
+        self._start_s = self._shown_s = time.monotonic()
+        self._is_shown = sys.stderr.isatty()
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        if self._is_shown:
+            self._show("\n")
+
+    def step(self) -> None:
+        """One more is done."""
+        self.show(self._done + 1, self._total)
+
+    def show(self, done: int, total: int) -> None:
+        """So many of so many are done."""
+        self._done, self._total = done, total
+        if self._is_shown and time.monotonic() - self._shown_s > 0.2:
+            self._show("")
+
+    def _show(self, end: str) -> None:
+        self._shown_s = time.monotonic()
+        rate = self._done / max(self._shown_s - self._start_s, 1e-3)
+        left_s = (self._total - self._done) / rate if rate > 0 and self._total > self._done else 0
+        text = f"\r{self._done}/{self._total} {self._what}, {rate:.1f}/s, {left_s:.0f} s left"
+        print(f"{text:<60}", end=end, file=sys.stderr, flush=True)
+
+
+def table(rows: Sequence[Sequence[object]]) -> str:
+    """Rows of equal length as aligned text; the first is the heading."""
+    cells = [[str(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in cells]
+    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]] if len(lines) > 1 else lines)
+
+
+def describe_machine() -> dict[str, Any]:
+    """Version and machine, for everything that holds figures."""
+    return {
+        "version": vigg_ros.__version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+    }
+
+
+def _processor() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            names = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
+    except OSError:
+        names = []
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def exit_code_of(error: ViggError) -> ExitCode:
+    """Bags that cannot be read give 3; everything else the user can ask for differently is 2."""
+    return ExitCode.UNREADABLE if type(error) is BagError else ExitCode.USAGE

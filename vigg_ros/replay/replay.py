@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The replay itself: observations in, one record for each colour image out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.frame import Frame
+from vigg_ros.replay.record import FrameRecord
+from vigg_ros.replay.source import RefusedMessage
+from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal
+from vigg_ros.tracking.observation import Observation, StampedPose
+from vigg_ros.tracking.registrar import Estimate, Registrar
+
+Watcher = Callable[[Estimate, Frame, Registrar], None]
+"""Sees each estimate with its frame while the Registrar still holds what led to it."""
+
+
+class Replay:
+    """Feeds a recording to the same assembler and Registrar that the node uses; every frame is processed."""
+
+    def __init__(self, config: Config, watcher: Watcher | None = None) -> None:
+        self._assembler = FrameAssembler(config.pairing)
+        self._registrar = Registrar(config)
+        self._watcher = watcher
+        self.truth: list[StampedPose] = []
+        self.frame_id = ""
+        self.refused: Counter[str] = Counter()
+
+    def run(self, source: Iterable[Observation | RefusedMessage]) -> Iterator[FrameRecord]:
+        """A record for each colour image, in the order in which they are processed."""
+        for item in source:
+            if isinstance(item, RefusedMessage):
+                if item.role == "image":
+                    yield FrameRecord.of_refusal(item.stamp_ns, self._registrar.session, item.code, item.message)
+            elif isinstance(item, StampedPose):
+                self.truth.append(item)
+            else:
+                yield from map(self._process, self._assembler.add(item))
+        yield from map(self._process, self._assembler.flush())
+
+    def _process(self, assembled: Assembled) -> FrameRecord:
+        if isinstance(assembled, Refusal):
+            self.refused[assembled.code] += 1
+            return FrameRecord.of_refusal(
+                assembled.stamp_ns, assembled.session, assembled.code, assembled.message
+            )
+        self.frame_id = assembled.frame_id
+        estimate = self._registrar.step(assembled.frame, session=assembled.session)
+        if self._watcher is not None:
+            self._watcher(estimate, assembled.frame, self._registrar)
+        return FrameRecord.of_estimate(estimate)

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A bag as a stream of observations, with everything that was refused on the way."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicChoice
+from vigg_ros.messages.header import stamp_ns
+from vigg_ros.messages.inputs import InputDecoder, Role
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.options import InputConfig
+from vigg_ros.tracking.observation import Observation
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedMessage:
+    """A message that could be read but not used."""
+
+    role: Role
+    stamp_ns: int
+    """0 if the message does not say."""
+    code: str
+    message: str
+
+
+class BagSource:
+    """The chosen topics of an open bag, decoded in order of their stamps."""
+
+    def __init__(self, reader: BagReader, choice: TopicChoice, config: InputConfig) -> None:
+        self._reader = reader
+        self._choice = choice
+        self._decoder = InputDecoder(config, choice.image.name)
+        self._roles = _roles(choice)
+        self.notes: dict[tuple[str, str], str] = {}
+        """One sentence for each topic and code of a note."""
+        self.refused: Counter[str] = Counter()
+
+    def __iter__(self) -> Iterator[Observation | RefusedMessage]:
+        for item in self._reader.messages(self._roles):
+            role = self._roles[item.topic]
+            try:
+                observation = self._decoder.decode(role, item.message)
+            except DataError as error:
+                self.refused[error.code] += 1
+                yield RefusedMessage(role, _stamp_of(item.message), error.code, f"{item.topic}: {error}")
+                continue
+            for note in observation.notes:
+                self.notes.setdefault((item.topic, note.code), f"{item.topic}: {note}")
+            yield observation
+
+
+def _roles(choice: TopicChoice) -> dict[str, Role]:
+    roles: dict[str, Role] = {choice.image.name: "image", choice.camera_info.name: "camera_info"}
+    if choice.depth is not None:
+        roles[choice.depth.name] = "depth"
+    if choice.ground_truth is not None:
+        roles[choice.ground_truth.name] = "ground_truth"
+    return roles
+
+
+def _stamp_of(message: Any) -> int:
+    try:
+        return stamp_ns(message.header.stamp)
+    except (AttributeError, DataError):
+        return 0
