@@ -15,7 +15,9 @@ PACKAGE = Path(__file__).parents[1] / "vigg_ros"
 FLOW = ("registration", "tracking", "messages", "bags", "evaluation")
 MAY_IMPORT = {wing: set(FLOW[:place]) for place, wing in enumerate(FLOW)} | {
     "worlds": {"registration"},  # rendered worlds: a source of frames, beside the flow
-    "cli": {*FLOW, "worlds"},
+    "replay": set(FLOW),  # recordings through the flow, and reports about them
+    "commands": {*FLOW, "worlds", "replay"},
+    "cli": {*FLOW, "worlds", "replay", "commands"},
     "node": set(FLOW),
     "vigg_ros": set(),  # vigg_ros/__init__.py: importing the package loads nothing else
 }
@@ -83,7 +85,10 @@ def test_imports_follow_the_flow(path: Path) -> None:
         ("vigg_ros.bags.reader", "import vigg_ros.evaluation"),
         ("vigg_ros.worlds.render", "import vigg_ros.tracking.pairing"),
         ("vigg_ros.evaluation.report", "from vigg_ros.cli import main"),
+        ("vigg_ros.evaluation.metrics", "from vigg_ros.replay.record import Recording"),
+        ("vigg_ros.replay.report", "import vigg_ros.commands.console"),
         ("vigg_ros.node", "import vigg_ros.cli"),
+        ("vigg_ros.node", "from vigg_ros.replay import report"),
         ("vigg_ros.cli", "from vigg_ros import node"),
         ("vigg_ros.cli", "import rclpy"),
         ("vigg_ros.messages.decode", "from sensor_msgs.msg import Image"),
@@ -111,6 +116,8 @@ def test_relative_imports_of_a_package_are_resolved_from_the_package_itself() ->
         ("vigg_ros.worlds.render", "from ..registration import Camera"),
         ("vigg_ros.bags.reader", "import rosbags.rosbag2"),
         ("vigg_ros.node", "import rclpy\nfrom sensor_msgs.msg import Image\nfrom vigg_ros import tracking"),
+        ("vigg_ros.replay.report", "from vigg_ros.evaluation.metrics import measure\nimport vigg_ros.bags.reader"),
+        ("vigg_ros.commands.replay", "from vigg_ros.replay import report"),
         ("vigg_ros.cli", "from vigg_ros.evaluation import report"),
     ],
 )

@@ -4,6 +4,8 @@
 
 from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame
 from vigg_ros.tracking.keyframes import Keyframe
-from vigg_ros.tracking.registrar import Estimate, Registrar, State
+from vigg_ros.tracking.registrar import Attempt, Estimate, Registrar, State
 
-__all__ = ["Estimate", "FrameAssembler", "Keyframe", "Refusal", "Registrar", "State", "SyncedFrame"]
+__all__ = [
+    "Attempt", "Estimate", "FrameAssembler", "Keyframe", "Refusal", "Registrar", "State", "SyncedFrame",
+]

@@ -64,6 +64,16 @@ class Tracked:
     pose: UncertainPose
 
 
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """What the latest step compared: for pictures, and for looking into a failure."""
+
+    frame: Frame
+    features: Features
+    keyframe: Keyframe | None
+    """What ``outcome`` refers to, features included; None where there was nothing to compare with."""
+
+
 class Registrar:
     """Holds the keyframes. Not safe for use from several threads at once."""
 
@@ -82,10 +92,16 @@ class Registrar:
         """The session that the estimates belong to."""
         return self._session
 
+    @property
+    def attempt(self) -> Attempt | None:
+        """What the latest step compared; None before the first one of a session."""
+        return self._attempt
+
     def reset(self, session: int | None = None) -> None:
         """Forget everything; the next usable frame defines a new odometry frame."""
         self._keyframes = KeyframeBuffer(self._config.keyframes)
         self._last: Tracked | None = None
+        self._attempt: Attempt | None = None
         self._frames_lost = 0
         self._session = self._session if session is None else session
 
@@ -96,8 +112,10 @@ class Registrar:
         with record_stages() as timings_ms:
             features = extract(frame, self._config)
             if self._keyframes.reference is None:
+                self._attempt = Attempt(frame, features, None)
                 return self._start(frame, features, timings_ms)
             state, keyframe, outcome = self._search(features)
+        self._attempt = Attempt(frame, features, keyframe)
         if isinstance(outcome, Rejection):
             self._frames_lost += 1
             return self._estimate(frame, State.LOST, keyframe, outcome, timings_ms)
