@@ -106,6 +106,20 @@ class Config:
 
 PRESETS: dict[str, dict[str, Any]] = {
     "rgbd": {},
+    "lidar": {
+        "visual.max_keypoints": 3000,
+        "visual.top_k": 300,
+        "geometric.voxel_size_m": 0.3,
+        "geometric.min_range_m": 2.5,
+        "geometric.max_range_m": 80.0,
+        "geometric.sample_k": 10000,
+        "cliques.inlier_threshold_m": 0.6,
+        # Between the beams of a scan surfaces are missed that a depth image would show.
+        "verification.min_consistency": 0.4,
+        "keyframes.max_translation_m": 10.0,
+        "keyframes.max_rotation_deg": 30.0,
+        "pairing.sync_slop_s": 0.05,
+    },
     # The paper's method as published: no geometric hypotheses, refinement or refusal.
     "rgbd_paper": {
         "geometric.feature_grid_voxels": 1.0,

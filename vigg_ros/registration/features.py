@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import Landmarks, Surface, build_landmarks, build_surface
-from vigg_ros.registration.visibility import DepthView
+from vigg_ros.registration.visibility import View
 from vigg_ros.registration.visual import Keypoints, detect
 
 
@@ -20,7 +20,7 @@ class Features:
     keypoints: Keypoints
     landmarks: Landmarks
     surface: Surface
-    view: DepthView
+    view: View
 
 
 def extract(frame: Frame, config: Config) -> Features:
@@ -28,10 +28,10 @@ def extract(frame: Frame, config: Config) -> Features:
 
     Never fails for want of texture or depth: that shows in the sizes, and ``register`` says so.
     """
-    surface = build_surface(frame.points(), frame.sensor_position(), config.geometric)
+    surface = build_surface(frame.points(), config.geometric)
     return Features(
         keypoints=detect(frame, config.visual),
         landmarks=build_landmarks(surface, config.geometric),
         surface=surface,
-        view=DepthView(frame.camera, frame.depth_m),
+        view=frame.geometry.view(),
     )

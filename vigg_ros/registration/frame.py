@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.geometry import DepthMap, ProjectedScan
+
+MIN_PROJECTED = 50
+"""Points that must fall into the image; fewer come from wrong extrinsics more often than from an open view."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +27,7 @@ class Frame:
     image: NDArray[np.uint8]
     """(H, W) grey or (H, W, 3) BGR."""
     camera: Camera
-    depth_m: NDArray[np.float32]
-    """(H, W), metres along z, 0 where there is none."""
+    geometry: DepthMap | ProjectedScan
     stamp_ns: int
 
     @classmethod
@@ -50,23 +53,49 @@ class Frame:
                 remedy="publish depth registered to the colour image",
             )
         valid = np.isfinite(depth_m) & (depth_m > 0)
-        return cls(image, camera, np.where(valid, depth_m, 0).astype(np.float32), int(stamp_ns))
+        depth_m = np.where(valid, depth_m, 0).astype(np.float32)
+        return cls(image, camera, DepthMap(camera, depth_m), int(stamp_ns))
+
+    @classmethod
+    def from_points(
+        cls,
+        image: NDArray[np.uint8],
+        points: NDArray[np.floating],
+        camera: Camera,
+        T_camera_points: NDArray[np.float64],
+        *,
+        stamp_ns: int = 0,
+        within_view: bool = False,
+    ) -> Frame:
+        """A frame of a camera and a scan of the same moment. Results are in the points' frame.
+
+        image: as in ``from_depth``. points: (N, 3) metres, any frame whose origin is the scanner; points
+        that are not finite are dropped. T_camera_points: (4, 4). ``within_view`` drops what the camera
+        does not see (the paper's unified field of view). Raises DataError for wrong shapes, a transform
+        that is none, and points of which next to none projects into the image.
+        """
+        image = _check_image(image, camera)
+        cloud = _check_points(points)
+        scan = ProjectedScan(camera, cloud, _check_rigid(T_camera_points))
+        rows, _ = scan.visible()
+        if len(rows) < MIN_PROJECTED:
+            raise DataError(
+                "NO_DEPTH",
+                found=f"{len(rows)} of {len(cloud)} points projecting into the image",
+                expected=f"at least {MIN_PROJECTED}",
+                remedy="check the extrinsics: T_camera_points takes points to the optical frame (z forward)",
+            )
+        if within_view:
+            scan = ProjectedScan(camera, cloud[rows], scan.T_camera_points)
+        return cls(image, camera, scan, int(stamp_ns))
 
     def points_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Points (N, 3) seen by the pixels (N, 2); NaN where a pixel sees none."""
-        column, row = np.rint(pixels).astype(np.intp).T
-        depth_m = self.depth_m[row, column].astype(np.float64)
-        return self.camera.lift(pixels, np.where(depth_m > 0, depth_m, np.nan))
-
-    def sensor_position(self) -> NDArray[np.float64]:
-        """Where the points were seen from (3,), metres, in the frame of the results."""
-        return np.zeros(3)
+        """Points (K, 3) seen by the pixels (K, 2); NaN where a pixel sees none."""
+        return self.geometry.points_at(pixels)
 
     def points(self) -> NDArray[np.float32]:
-        """All points (N, 3), metres, in the frame of the results."""
-        row, column = np.nonzero(self.depth_m)
-        pixels = np.column_stack((column, row))
-        return self.camera.lift(pixels, self.depth_m[row, column]).astype(np.float32)
+        """All points (N, 3), metres, in the frame of the results, whose origin is the sensor."""
+        return self.geometry.points()
 
 
 def _check_image(image: NDArray[np.uint8], camera: Camera) -> NDArray[np.uint8]:
@@ -79,3 +108,28 @@ def _check_image(image: NDArray[np.uint8], camera: Camera) -> NDArray[np.uint8]:
             remedy="use the CameraInfo that belongs to this image",
         )
     return image
+
+
+def _check_points(points: NDArray[np.floating]) -> NDArray[np.float32]:
+    if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.floating):
+        raise DataError(
+            "POINTS_SHAPE",
+            found=f"points of shape {points.shape} and type {points.dtype}",
+            expected="floating-point metres of shape (N, 3)",
+            remedy="pass x, y and z only",
+        )
+    return np.ascontiguousarray(points[np.isfinite(points).all(axis=1)], np.float32)
+
+
+def _check_rigid(T_camera_points: NDArray[np.float64]) -> NDArray[np.float64]:
+    T = np.asarray(T_camera_points, np.float64)
+    # Calibration files print six digits; 1e-3 leaves room for that.
+    good = T.shape == (4, 4) and np.isfinite(T).all() and np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-3)
+    if not good or np.linalg.det(T[:3, :3]) < 0 or not np.allclose(T[3], (0, 0, 0, 1)):
+        raise DataError(
+            "BAD_EXTRINSICS",
+            found=f"T_camera_points = {T.tolist()}",
+            expected="a rigid transform (4, 4) with an orthonormal rotation",
+            remedy="check the calibration between camera and scanner",
+        )
+    return T

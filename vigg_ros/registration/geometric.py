@@ -20,6 +20,12 @@ from vigg_ros.registration.stages import stage
 GLOBAL_MATCHES = 500
 """Mutual matches kept, the most similar first: what the clique search can take in milliseconds."""
 
+SALIENT = 4000
+"""Landmarks that take part in global matching: most of a depth image, less than half of a 64-beam scan."""
+
+BLOCK = 512
+"""Features compared at once, so that a block of similarities stays in the cache."""
+
 SURFACE_NORMAL_VOXELS = 2.0
 """Radius of a surface point's normal; DESIGN.md, step 2."""
 
@@ -88,9 +94,9 @@ def describe(points: NDArray[np.float32], normals: NDArray[np.float32], radius_m
 
 
 @stage("surface")
-def build_surface(points: NDArray[np.floating], sensor: NDArray[np.float64], config: GeometricConfig) -> Surface:
-    """The voxel grid of all points (N, 3) within range of the sensor (3,), where it is a surface."""
-    distance = np.linalg.norm(points - sensor.astype(np.float32), axis=1)
+def build_surface(points: NDArray[np.float32], config: GeometricConfig) -> Surface:
+    """The voxel grid of all points (N, 3) within range of the sensor, the origin, where it is a surface."""
+    distance = np.sqrt(np.einsum("ni,ni->n", points, points))
     near = points[(distance >= config.min_range_m) & (distance <= config.max_range_m)]
     grid = voxel_downsample(near, config.voxel_size_m)
     normals = estimate_normals(grid, SURFACE_NORMAL_VOXELS * config.voxel_size_m)
@@ -118,19 +124,34 @@ def sample(count: int, limit: int, seed: int) -> NDArray[np.int64]:
 
 
 @stage("global matches")
-def match_global(target: Landmarks, source: Landmarks, config: GeometricConfig) -> Matches:
+def match_global(target: Landmarks, source: Landmarks, config: GeometricConfig, *, seed: int = 0) -> Matches:
     """C_geo: for each source landmark the target landmark with the most similar feature.
 
-    With ``mutual`` only pairs that choose each other stay, the most similar first.
+    With ``mutual`` only pairs of salient landmarks that choose each other stay, the most similar first;
+    without, ``sample_k`` sampled landmarks of the source are matched, as in the paper.
     """
     if len(target) == 0 or len(source) == 0:
         return _matches(target, source, np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
-    forward, similarity, backward = _nearest_features(target.features, source.features)
-    kept = np.arange(len(source))
-    if config.mutual:
-        kept = np.flatnonzero(backward[forward] == kept)
-        kept = kept[np.argsort(-similarity[kept], kind="stable")][:GLOBAL_MATCHES]
-    return _matches(target, source, forward[kept], kept, similarity[kept])
+    if not config.mutual:
+        rows = sample(len(source), config.sample_k, seed)
+        forward, similarity, _ = _nearest_features(target.features, source.features[rows])
+        return _matches(target, source, forward, rows, similarity)
+    target_rows, source_rows = salient(target.features), salient(source.features)
+    forward, similarity, backward = _nearest_features(target.features[target_rows], source.features[source_rows])
+    kept = np.flatnonzero(backward[forward] == np.arange(len(source_rows)))
+    kept = kept[np.argsort(-similarity[kept], kind="stable")][:GLOBAL_MATCHES]
+    return _matches(target, source, target_rows[forward[kept]], source_rows[kept], similarity[kept])
+
+
+def salient(features: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Rows of the SALIENT features (N, F) least like their mean, ascending.
+
+    Most of any scene is flat, and one flat spot is like the next: they cost time and match at random.
+    """
+    if len(features) <= SALIENT:
+        return np.arange(len(features))
+    likeness = features @ features.mean(axis=0)
+    return np.sort(np.argpartition(likeness, SALIENT)[:SALIENT])
 
 
 def _nearest_features(
@@ -139,11 +160,11 @@ def _nearest_features(
     """Nearest target of each source with its cosine, and nearest source of each target, in blocks that stay in cache."""
     forward, cosine = np.empty(len(source), np.int64), np.empty(len(source), np.float32)
     backward, best = np.zeros(len(target), np.int64), np.full(len(target), -np.inf, np.float32)
-    for start in range(0, len(source), 128):
-        block = source[start : start + 128] @ target.T
+    for start in range(0, len(source), BLOCK):
+        block = source[start : start + BLOCK] @ target.T
         rows = block.argmax(axis=1)
-        forward[start : start + 128] = rows
-        cosine[start : start + 128] = block[np.arange(len(rows)), rows]
+        forward[start : start + BLOCK] = rows
+        cosine[start : start + BLOCK] = block[np.arange(len(rows)), rows]
         columns = block.max(axis=0)
         better = np.flatnonzero(columns > best)
         best[better] = columns[better]

@@ -26,6 +26,9 @@ MIN_LANDMARKS = 50
 TOLERANCE_VOXELS, TOLERANCE_PER_METRE = 2.0, 0.01
 """How far apart surfaces may lie and still coincide: the grid, and depth noise growing with distance."""
 
+MIN_INCIDENCE = 0.2
+"""Cosine between line of sight and normal below which a distance along the ray says little."""
+
 RIVAL_SURFACE, RIVAL_MATCHES = 0.75, 0.6
 """Shares of the best answer's surface balance and of its matches from which another one rivals it."""
 
@@ -102,11 +105,16 @@ def assess(pair: Pair, T_target_source: NDArray[np.float64]) -> Candidate:
 
 
 def _see(viewer: Features, other: Features, T_viewer_other: NDArray[np.float64], config: Config) -> Agreement:
-    """Look at the other frame's landmarks with the viewer's lines of sight."""
+    """Look at the other frame's landmarks with the viewer's lines of sight, where these meet them squarely.
+
+    Ground seen at a flat angle would agree with any motion along it: with none at all, above all.
+    """
     points = transform(T_viewer_other, other.landmarks.points)
+    normals = other.landmarks.normals @ T_viewer_other[:3, :3].T
     distance_m = np.linalg.norm(points, axis=1)
+    squarely = np.abs(np.einsum("ni,ni->n", points, normals)) > MIN_INCIDENCE * distance_m
     tolerance_m = TOLERANCE_VOXELS * config.geometric.voxel_size_m + TOLERANCE_PER_METRE * distance_m
-    return agreement(viewer.view.behind(points), tolerance_m)
+    return agreement(viewer.view.behind(points[squarely]), tolerance_m[squarely])
 
 
 def contenders(candidates: list[Candidate], config: Config) -> list[Candidate]:
@@ -126,6 +134,16 @@ def rivalry(other: Candidate, best: Candidate, config: Config) -> float:
     surface = other.agreement.balance / max(best.agreement.balance, 1e-9) / RIVAL_SURFACE
     matches = other.inliers / max(best.inliers, 1) / RIVAL_MATCHES
     return max(0.0, min(surface, matches))
+
+
+def is_supported(candidate: Candidate, config: Config) -> bool:
+    """Whether surfaces and matches speak for a candidate as much as is asked of an answer."""
+    wanted = config.verification
+    return (
+        candidate.inliers >= wanted.min_inliers
+        and candidate.agreement.overlap >= wanted.min_overlap
+        and candidate.agreement.consistency >= wanted.min_consistency
+    )
 
 
 def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rejection:

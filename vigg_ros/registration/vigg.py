@@ -14,7 +14,16 @@ from vigg_ros.registration.local_match import LocalMatcher, guided_fit, max_zone
 from vigg_ros.registration.matches import concatenate
 from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Rejection
-from vigg_ros.registration.verification import Candidate, Pair, assess, contenders, find_lack, judge
+from vigg_ros.registration.verification import (
+    RIVAL_MATCHES,
+    Candidate,
+    Pair,
+    assess,
+    contenders,
+    find_lack,
+    is_supported,
+    judge,
+)
 from vigg_ros.registration.visual import match_visual
 
 __all__ = ["extract", "register"]
@@ -32,7 +41,7 @@ def register(target: Features, source: Features, config: Config) -> Outcome:
         return Rejection(*lack, evidence)
 
     visual = match_visual(target.keypoints, source.keypoints, config.visual)  # C_vis
-    geometric = match_global(target.landmarks, source.landmarks, config.geometric)  # C_geo
+    geometric = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)  # C_geo
     pair = Pair(target, source, visual, geometric, config)
     hypotheses = propose(visual, geometric, config.cliques)  # GVCA
     evidence = replace(
@@ -48,7 +57,7 @@ def register(target: Features, source: Features, config: Config) -> Outcome:
 
 
 def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
-    """Each distinct hypothesis after visual-guided geometric matching, with how the frames agree under it."""
+    """Distinct hypotheses after visual-guided geometric matching, with how the frames agree under them."""
     config = pair.config
     threshold_m = config.cliques.inlier_threshold_m
     few = distinct(hypotheses, config.verification.candidates, threshold_m)
@@ -56,8 +65,14 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     matcher = LocalMatcher(pair.target.landmarks, max_zone_radius_m(threshold_m, config.local_match))
     rows = sample(len(pair.source.landmarks), config.geometric.sample_k, config.seed)
     source = pair.source.landmarks.select(rows)
-    fits = [guided_fit(matcher, source, prior, T, threshold_m, config.local_match) for T in few.T_target_source]
-    return [assess(pair, T_target_source) for T_target_source in fits]
+    candidates: list[Candidate] = []
+    for T_target_source, score in zip(few.T_target_source, few.score):
+        # Lesser hypotheses cannot rival a good answer; they are followed only while there is none.
+        if score < RIVAL_MATCHES * few.score[0] and any(is_supported(c, config) for c in candidates):
+            break
+        fitted = guided_fit(matcher, source, prior, T_target_source, threshold_m, config.local_match)
+        candidates.append(assess(pair, fitted))
+    return candidates
 
 
 def polish(pair: Pair, candidate: Candidate) -> Fit:

@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where a frame's points come from: a depth image, or a scan projected into the image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from vigg_ros.registration.camera import Camera
+from vigg_ros.registration.rigid import transform
+from vigg_ros.registration.visibility import DepthView, ScanView
+
+PIXEL_RADIUS = 5.0
+"""How far from a pixel its point may project; DESIGN.md, step 1."""
+
+HIDDEN_RATIO, HIDDEN_MARGIN_M = 1.15, 0.3
+"""A point this much deeper than a neighbour in the image is hidden by it."""
+
+
+@dataclass(frozen=True, slots=True)
+class DepthMap:
+    """A depth image aligned to the camera's image; points are in the optical frame."""
+
+    camera: Camera
+    depth_m: NDArray[np.float32]
+    """(H, W), metres along z, 0 where there is none."""
+
+    def points(self) -> NDArray[np.float32]:
+        """All points (N, 3)."""
+        row, column = np.nonzero(self.depth_m)
+        z = self.depth_m[row, column]
+        camera = self.camera
+        x = (column.astype(np.float32) - np.float32(camera.cx_px)) * (z / np.float32(camera.fx_px))
+        y = (row.astype(np.float32) - np.float32(camera.cy_px)) * (z / np.float32(camera.fy_px))
+        return np.column_stack((x, y, z))
+
+    def points_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Points (K, 3) seen by the pixels (K, 2); NaN where a pixel sees none."""
+        column, row = np.rint(pixels).astype(np.intp).T
+        depth_m = self.depth_m[row, column].astype(np.float64)
+        return self.camera.lift(pixels, np.where(depth_m > 0, depth_m, np.nan))
+
+    def view(self) -> DepthView:
+        """The lines of sight."""
+        return DepthView(self.camera, self.depth_m)
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectedScan:
+    """A point cloud and the camera that sees a part of it; points stay in their own frame."""
+
+    camera: Camera
+    cloud: NDArray[np.float32]
+    """(N, 3), metres, all finite."""
+    T_camera_points: NDArray[np.float64]
+    """(4, 4): p_camera = T_camera_points @ p_points."""
+
+    def points(self) -> NDArray[np.float32]:
+        """All points (N, 3), those outside the image too."""
+        return self.cloud
+
+    def points_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
+        """For each pixel (K, 2) the nearest projected point within PIXEL_RADIUS that nothing hides; else NaN."""
+        rows, projected = self.visible()
+        out = np.full((len(pixels), 3), np.nan)
+        if len(rows) and len(pixels):
+            distance, nearest = cKDTree(projected).query(pixels, distance_upper_bound=PIXEL_RADIUS)
+            found = np.isfinite(distance)
+            out[found] = self.cloud[rows[nearest[found]]]
+        return out
+
+    def visible(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Rows (M,) and pixels (M, 2) of the points that the camera sees: in front, inside, not hidden."""
+        in_camera = transform(self.T_camera_points, self.cloud)
+        pixels = self.camera.project(in_camera)
+        rows = np.flatnonzero(self.camera.contains(pixels))
+        pixels, depth_m = pixels[rows], in_camera[rows, 2]
+        seen = ~_hidden(pixels, depth_m, self.camera)
+        return rows[seen], pixels[seen]
+
+    def view(self) -> ScanView:
+        """The lines of sight of the scanner, which stands at the origin of the points' frame."""
+        return ScanView.of(self.cloud)
+
+
+def _hidden(pixels: NDArray[np.float64], depth_m: NDArray[np.float64], camera: Camera) -> NDArray[np.bool_]:
+    """Which points (M,) lie behind a nearer surface: in their own cell of the image, or on both sides of it.
+
+    The scanner looks past objects that hide the background from the camera. A nearer point on one side
+    only is an edge, or the ground running away, and hides nothing.
+    """
+    column, row = (pixels / PIXEL_RADIUS + 1).astype(np.intp).T
+    shape = (int(camera.height_px / PIXEL_RADIUS) + 3, int(camera.width_px / PIXEL_RADIUS) + 3)
+    nearest = np.full(shape, np.inf)
+    np.minimum.at(nearest, (row, column), depth_m)
+    both_sides = np.maximum(nearest[row, column - 1], nearest[row, column + 1])
+    front = np.minimum(nearest[row, column], both_sides)
+    return np.asarray(depth_m > HIDDEN_RATIO * front + HIDDEN_MARGIN_M)
