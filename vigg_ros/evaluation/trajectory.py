@@ -133,22 +133,26 @@ def align(truth: Trajectory, estimate: Trajectory) -> Alignment:
     """The alignment of two trajectories with the same stamps, at least one.
 
     By least squares on the positions (``rigid.weighted_svd``). Fewer than three positions, or positions
-    on a line, leave a rotation free: then the rotation is the mean of what the orientations say (chordal
-    mean), and the translation takes the mean position onto the mean position.
+    on a line, leave a rotation free: then the rotation is the mean of what the orientations say, and the
+    translation takes the mean position onto the mean position.
     """
     weight = np.ones(len(truth))
     T_truth_estimate, determined = weighted_svd(truth.positions, estimate.positions, weight)
     if determined:
         return Alignment(T_truth_estimate, "positions")
-    R_truth, R_estimate = truth.T_world_sensor[:, :3, :3], estimate.T_world_sensor[:, :3, :3]
-    R = _nearest_rotation((R_truth @ np.swapaxes(R_estimate, 1, 2)).sum(axis=0))
+    R = mean_rotation(truth, estimate)
     T_truth_estimate = np.eye(4)
     T_truth_estimate[:3, :3] = R
     T_truth_estimate[:3, 3] = truth.positions.mean(axis=0) - R @ estimate.positions.mean(axis=0)
     return Alignment(T_truth_estimate, "orientations")
 
 
-def _nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    U, _, Vt = np.linalg.svd(matrix)
+def mean_rotation(truth: Trajectory, estimate: Trajectory) -> NDArray[np.float64]:
+    """R_truth_estimate (3, 3) that takes the orientations of one trajectory nearest to the other's.
+
+    The chordal mean; both have the same stamps, at least one.
+    """
+    R_truth, R_estimate = truth.T_world_sensor[:, :3, :3], estimate.T_world_sensor[:, :3, :3]
+    U, _, Vt = np.linalg.svd((R_truth @ np.swapaxes(R_estimate, 1, 2)).sum(axis=0))
     flip = np.diag((1.0, 1.0, np.sign(np.linalg.det(U @ Vt))))
     return np.asarray(U @ flip @ Vt)

@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The few frames of a replay that are worth a look, kept in bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.features import Features
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.options import VerificationConfig
+from vigg_ros.registration.result import Evidence, Reason, Registration, Rejection
+from vigg_ros.registration.rigid import transform
+from vigg_ros.registration.visibility import DepthView
+from vigg_ros.registration.visual import Keypoints, match_visual
+from vigg_ros.replay.pictures import BODY, OPTICAL, Picture, beside, draw_aligned, draw_depth, draw_matches
+from vigg_ros.tracking.registrar import Attempt, Estimate
+
+LOST_MARGIN = -1.0
+"""Below the margin of every answered frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What is needed of a frame to draw it."""
+
+    image: NDArray[np.uint8]
+    keypoints: Keypoints
+    points: NDArray[np.float32]
+    """(N, 3), the surface, metres, in the frame of the results."""
+    depth_m: NDArray[np.float32] | None
+    """(H, W), metres; None for a scan."""
+
+    @classmethod
+    def of(cls, frame: Frame, features: Features) -> Look:
+        """Keeps references, copies nothing."""
+        depth_m = features.view.depth_m if isinstance(features.view, DepthView) else None
+        return cls(frame.image, features.keypoints, features.surface.points, depth_m)
+
+
+@dataclass(frozen=True, slots=True)
+class Exhibit:
+    """A frame, what it was compared with, and what came of it."""
+
+    index: int
+    """Place among the frames that were offered."""
+    margin: float
+    """0 on the verge of refusal, 1 beyond doubt; LOST_MARGIN for a lost frame."""
+    estimate: Estimate
+    source: Look
+    target: Look | None
+    """The reference keyframe; None where there was none."""
+
+    @property
+    def reason(self) -> Reason | None:
+        """Why the frame was lost; None if it was not."""
+        outcome = self.estimate.outcome
+        return outcome.reason if isinstance(outcome, Rejection) else None
+
+    def draw_matches(self, config: Config, *, panel_width_px: int = 480) -> Picture:
+        """The visual matches, those that agree with the answer coloured; both images, or the one there is."""
+        if self.target is None:
+            nothing = np.empty((0, 2))
+            image = np.full_like(self.source.image, 255)
+            return draw_matches(image, self.source.image, nothing, nothing, panel_width_px=panel_width_px)
+        matches = match_visual(self.target.keypoints, self.source.keypoints, config.visual)
+        return draw_matches(
+            self.target.image,
+            self.source.image,
+            self.target.keypoints.pixels[matches.target_row],
+            self.source.keypoints.pixels[matches.source_row],
+            agrees=np.isin(matches.source_row, self._inlier_rows()),
+            panel_width_px=panel_width_px,
+        )
+
+    def draw_shapes(self, *, panel_width_px: int = 480) -> Picture | None:
+        """Answered: both surfaces as the answer lays them; lost: both depth images, if there are any."""
+        if self.target is None:
+            return None
+        if isinstance(self.estimate.outcome, Registration):
+            axes = BODY if self.source.depth_m is None else OPTICAL
+            moved = transform(self.estimate.outcome.T_target_source, self.source.points)
+            return draw_aligned(self.target.points, moved, axes=axes, panel_width_px=panel_width_px)
+        if self.target.depth_m is None or self.source.depth_m is None:
+            return None
+        return beside(
+            draw_depth(self.target.depth_m, panel_width_px=panel_width_px),
+            draw_depth(self.source.depth_m, panel_width_px=panel_width_px),
+        )
+
+    def _inlier_rows(self) -> NDArray[np.int64]:
+        outcome = self.estimate.outcome
+        return outcome.visual_inliers[:, 1] if isinstance(outcome, Registration) else np.empty(0, np.int64)
+
+
+class Gallery:
+    """Keeps the worst frames of a replay, spread over all of it, in the memory of a few frames.
+
+    The replay is cut into stretches. Of each stretch stay the first frame that was lost for each reason,
+    and the answered frame with the least margin. When that is too many, the stretches double in length.
+    """
+
+    def __init__(self, config: Config, limit: int = 6) -> None:
+        self.config = config
+        self._limit = limit
+        # One stretch alone may hold as many as there are reasons, and an answered frame.
+        self._capacity = max(2 * limit, len(Reason) + 1)
+        self._offered = 0
+        self._stretch = 1
+        self._kept: list[Exhibit] = []
+
+    def offer(self, estimate: Estimate, attempt: Attempt) -> None:
+        """Look at a frame, right after the Registrar's step; frames that start a session are of no interest."""
+        index = self._offered
+        self._offered += 1
+        if estimate.outcome is None:
+            return
+        margin = margin_of(estimate, self.config.verification)
+        self._kept = _worst([*self._kept, _exhibit(index, margin, estimate, attempt)], self._stretch)
+        while len(self._kept) > self._capacity:
+            self._stretch *= 2
+            self._kept = _worst(self._kept, self._stretch)
+
+    @property
+    def exhibits(self) -> list[Exhibit]:
+        """At most ``limit`` frames in order of time: lost ones, of each reason first one, then small margins.
+
+        No neighbours, while others are left.
+        """
+        chosen: list[Exhibit] = []
+        rest = list(self._kept)
+        while rest and len(chosen) < self._limit:
+            best = min(rest, key=partial(_rank, chosen=chosen, stretch=self._stretch))
+            rest.remove(best)
+            chosen.append(best)
+        return sorted(chosen, key=lambda exhibit: exhibit.index)
+
+
+def _rank(exhibit: Exhibit, *, chosen: list[Exhibit], stretch: int) -> tuple[float, ...]:
+    """The smaller, the more an exhibit adds to those that are chosen."""
+    repeated = sum(exhibit.reason == other.reason for other in chosen)
+    is_near = any(abs(exhibit.index - other.index) < stretch for other in chosen)
+    return exhibit.reason is None, repeated, is_near, exhibit.margin, exhibit.index
+
+
+def _worst(exhibits: Sequence[Exhibit], stretch: int) -> list[Exhibit]:
+    """Of each stretch and reason the exhibit of the smallest margin; of equal ones the first: trouble began there."""
+    worst: dict[tuple[int, Reason | None], Exhibit] = {}
+    for exhibit in exhibits:
+        key = exhibit.index // stretch, exhibit.reason
+        if key not in worst or exhibit.margin < worst[key].margin:
+            worst[key] = exhibit
+    return sorted(worst.values(), key=lambda exhibit: exhibit.index)
+
+
+def margin_of(estimate: Estimate, wanted: VerificationConfig) -> float:
+    """How far an answer is from being refused, by the weakest of its evidence, in [0, 1]; lost: LOST_MARGIN."""
+    if not isinstance(estimate.outcome, Registration):
+        return LOST_MARGIN
+    evidence = estimate.outcome.evidence
+    return min(
+        _beyond(evidence.overlap, wanted.min_overlap),
+        _beyond(evidence.consistency, wanted.min_consistency),
+        1 - wanted.min_inliers / max(_inliers(evidence), wanted.min_inliers),
+        1 - min(evidence.runner_up, 1.0),
+    )
+
+
+def _beyond(share: float, least: float) -> float:
+    return float(np.clip((share - least) / max(1 - least, 1e-9), 0.0, 1.0))
+
+
+def _inliers(evidence: Evidence) -> int:
+    return evidence.visual_inliers + evidence.geometric_inliers
+
+
+def _exhibit(index: int, margin: float, estimate: Estimate, attempt: Attempt) -> Exhibit:
+    keyframe = attempt.keyframe
+    target = None if keyframe is None else Look.of(keyframe.frame, keyframe.features)
+    return Exhibit(index, margin, estimate, Look.of(attempt.frame, attempt.features), target)
