@@ -44,6 +44,11 @@ class DepthMap:
         depth_m = self.depth_m[row, column].astype(np.float64)
         return self.camera.lift(pixels, np.where(depth_m > 0, depth_m, np.nan))
 
+    @property
+    def T_camera_points(self) -> NDArray[np.float64]:
+        """(4, 4): the points are in the camera's frame."""
+        return np.eye(4)
+
     def view(self) -> DepthView:
         """The lines of sight."""
         return DepthView(self.camera, self.depth_m)

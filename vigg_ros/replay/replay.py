@@ -8,15 +8,14 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 
 from vigg_ros.registration.config import Config
-from vigg_ros.registration.frame import Frame
 from vigg_ros.replay.record import FrameRecord
 from vigg_ros.replay.source import RefusedMessage
 from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal
 from vigg_ros.tracking.observation import Observation, StampedPose
-from vigg_ros.tracking.registrar import Estimate, Registrar
+from vigg_ros.tracking.registrar import Attempt, Estimate, Registrar
 
-Watcher = Callable[[Estimate, Frame, Registrar], None]
-"""Sees each estimate with its frame while the Registrar still holds what led to it."""
+Watcher = Callable[[Estimate, Attempt], None]
+"""Sees each estimate together with what it was made of."""
 
 
 class Replay:
@@ -50,6 +49,7 @@ class Replay:
             )
         self.frame_id = assembled.frame_id
         estimate = self._registrar.step(assembled.frame, session=assembled.session)
-        if self._watcher is not None:
-            self._watcher(estimate, assembled.frame, self._registrar)
+        attempt = self._registrar.attempt
+        if self._watcher is not None and attempt is not None:
+            self._watcher(estimate, attempt)
         return FrameRecord.of_estimate(estimate)

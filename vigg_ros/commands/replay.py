@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``vigg replay``: a bag in, a folder of results out; see DESIGN section 5."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from argparse import ArgumentParser, Namespace
+from datetime import datetime
+from pathlib import Path
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicRequest, choose_topics
+from vigg_ros.bags.tum import read_stamped_poses
+from vigg_ros.commands.configuration import add_config_arguments, load_config
+from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine
+from vigg_ros.evaluation.metrics import TrajectoryMetrics
+from vigg_ros.registration.config import Config
+from vigg_ros.replay.accuracy import measure, truth_frame_note
+from vigg_ros.replay.gallery import Gallery
+from vigg_ros.replay.outputs import write_frames, write_json, write_trajectory
+from vigg_ros.replay.record import FrameRecord, Recording
+from vigg_ros.replay.replay import Replay
+from vigg_ros.replay.report import write_report
+from vigg_ros.replay.result_bag import write_result_bag
+from vigg_ros.replay.source import BagSource
+from vigg_ros.replay.summary import summary_table
+from vigg_ros.tracking.observation import StampedPose
+
+TOPICS = ("image", "camera_info", "depth", "points", "ground_truth")
+
+MIN_FRAMES = 2
+"""Below these there is no motion to find."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of ``vigg replay``."""
+    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_config_arguments(parser)
+    parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
+    parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
+    parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
+    for name in TOPICS:
+        option = f"--{name.replace('_', '-')}-topic"
+        parser.add_argument(option, metavar="TOPIC", help="where several could be meant")
+
+
+def run(arguments: Namespace) -> ExitCode:
+    """Replay, write, and say where; raises the package's errors for what cannot be replayed."""
+    config = load_config(arguments)
+    bag = Path(arguments.bag)
+    output = _output_folder(arguments.output, bag)
+    truth = read_truth(Path(arguments.ground_truth)) if arguments.ground_truth else None
+    gallery = Gallery(config)
+    with BagReader(bag) as reader:
+        requested = TopicRequest(**{name: getattr(arguments, f"{name}_topic") for name in TOPICS})
+        choice = choose_topics(reader.topics, requested, encodings=reader.encodings())
+        source = BagSource(reader, choice, config.input)
+        replay = Replay(config, gallery.offer)
+        records, interrupted = _collect(replay, source, choice.image.count)
+        notes = [*reader.notes, *choice.notes, *source.notes.values(), *map(str, reader.losses)]
+        damaged = reader.damaged
+    recording = Recording(
+        name=bag.name,
+        frames=records,
+        truth=replay.truth if truth is None else truth,
+        refused=source.refused + replay.refused,
+        notes=notes,
+        frame_id=replay.frame_id,
+    )
+    if sum(record.state != "REFUSED" for record in records) < MIN_FRAMES and not interrupted:
+        _say_nothing_paired(recording)
+        return ExitCode.NOTHING_PAIRED
+    _write(recording, gallery, output, with_bag=arguments.output_bag)
+    if interrupted:
+        return ExitCode.INTERRUPTED
+    return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
+
+
+def read_truth(path: Path) -> list[StampedPose]:
+    """The poses of a TUM file. Raises BagError."""
+    try:
+        poses = read_stamped_poses(path)
+    except OSError as error:
+        raise UsageError(f"--ground-truth {path} cannot be read: {error}") from error
+    return [StampedPose(pose.stamp_ns, "", "", pose.T_world_sensor) for pose in poses]
+
+
+def _collect(replay: Replay, source: BagSource, expected: int) -> tuple[list[FrameRecord], bool]:
+    """All records, or those until the user interrupted."""
+    records: list[FrameRecord] = []
+    try:
+        with Progress("frames", expected) as progress:
+            for record in replay.run(source):
+                records.append(record)
+                progress.step()
+    except KeyboardInterrupt:
+        return records, True
+    return records, False
+
+
+def _output_folder(asked: str | None, bag: Path) -> Path:
+    name = asked or f"vigg_replay_{bag.stem}_{datetime.now():%Y%m%d_%H%M%S}"
+    output = Path(name)
+    if output.exists() or output.is_symlink():
+        raise UsageError(f"{output} exists already and is not overwritten; give another --output")
+    return output
+
+
+def _say_nothing_paired(recording: Recording) -> None:
+    reasons = ", ".join(f"{code} {count}" for code, count in recording.refused.most_common())
+    _print_notes(recording)
+    print(
+        f"vigg replay: {len(recording.frames)} colour images, but fewer than {MIN_FRAMES} frames with depth could be "
+        f"made of them (refused: {reasons or 'none'}); `vigg doctor` says what is missing",
+        file=sys.stderr,
+    )
+
+
+def _write(recording: Recording, gallery: Gallery, output: Path, *, with_bag: bool) -> None:
+    metrics = measure(recording)
+    run_info = {
+        "command": shlex.join(["vigg", *sys.argv[1:]]),
+        "finished": datetime.now().astimezone().isoformat(timespec="seconds"),
+        **describe_machine(),
+    }
+    try:
+        output.mkdir(parents=True)
+        _write_files(recording, metrics, gallery.config, run_info, output)
+        write_report(recording, metrics, gallery, run_info, output / "report.html")
+    except OSError as error:
+        raise UsageError(f"{output} cannot be written: {error}; give another --output") from error
+    if with_bag:
+        write_result_bag(recording.frames, recording.frame_id, output / "results_bag")
+    _print_notes(recording)
+    print(summary_table(recording, metrics))
+    print(f"report: {output / 'report.html'}")
+
+
+def _write_files(
+    recording: Recording,
+    metrics: TrajectoryMetrics | None,
+    config: Config,
+    run_info: dict[str, object],
+    output: Path,
+) -> None:
+    write_trajectory(recording.frames, output / "trajectory.tum")
+    write_frames(recording.frames, output / "frames.csv")
+    coverage = {
+        "frames_received": len(recording.frames),
+        "frames_answered": len(recording.answered),
+        "coverage": recording.coverage,
+        "refused": dict(recording.refused),
+    }
+    write_json(coverage | ({} if metrics is None else metrics.as_dict()), output / "metrics.json")
+    (output / "config.yaml").write_text(config.to_yaml(), encoding="utf-8")
+    write_json(run_info, output / "run.json")
+
+
+def _print_notes(recording: Recording) -> None:
+    for note in filter(None, [*recording.notes, truth_frame_note(recording)]):
+        print(f"note: {note}", file=sys.stderr)
