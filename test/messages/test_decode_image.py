@@ -160,7 +160,8 @@ def test_an_image_without_pixels_is_refused(decode, size):
 
 @pytest.mark.hostile("Image: dimensions to 2^32-1 R before any allocation (cap 64 Mpx)")
 @pytest.mark.parametrize(
-    ("width", "height"), [(2**32 - 1, 2**32 - 1), (2**32 - 1, 1), (1, 2**32 - 1), (32_767, 1), (8_001, 8_000)]
+    ("width", "height"),
+    [(2**32 - 1, 2**32 - 1), (2**32 - 1, 1), (1, 2**32 - 1), (32_767, 1), (1, 32_767), (8_001, 8_000)],
 )
 @pytest.mark.parametrize("encoding", ["rgb8", "nv12", "16UC1"])
 def test_sizes_beyond_the_cap_are_refused(width, height, encoding):

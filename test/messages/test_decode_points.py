@@ -104,6 +104,12 @@ def test_the_range_is_inclusive():
     np.testing.assert_array_equal(decoded.points, points[1:3])
 
 
+def test_no_parameter_makes_a_sensor_of_unlimited_range():
+    points = np.vstack((POINTS, [[1e18, 0, 0], [0, np.inf, 0]]))
+    decoded = decode_points(cloud(xyz_table(points)), max_range_m=np.inf)
+    np.testing.assert_array_equal(decoded.points, POINTS)
+
+
 SHORT = "PointCloud2: data shorter than row_step * height R, longer N"
 
 

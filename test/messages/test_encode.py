@@ -166,7 +166,7 @@ def test_an_image_survives(received, pixels):
 @LIBRARIES
 @pytest.mark.parametrize("dtype", ["<u2", ">u2"])
 def test_depth_in_millimetres_survives(received, dtype):
-    depth_mm = (GREY.astype(dtype) + 1) * 500
+    depth_mm = ((GREY.astype("u2") + 1) * 500).astype(dtype)
     decoded = decode_depth(received(encode.encode_image(depth_mm, stamp_ns=NS, frame_id="camera")))
     np.testing.assert_allclose(decoded.depth_m, depth_mm / 1000, rtol=2e-7)
 

@@ -67,11 +67,13 @@ def test_they_agree_on_a_stream_with_a_wrong_byte(pixels, at, value):
 
 
 @BOTH
-@pytest.mark.parametrize("nibbles", ["ffffffffffff1000", "0fffffffffffffff", "88888888888f1000"])
+@pytest.mark.parametrize(
+    "nibbles", ["ffffffffffff1000", "0fffffffffffffff", "88888888888f1000", "0188888888888100"]
+)
 def test_a_number_without_end_is_refused(fill, nibbles):
     words = bytes.fromhex(nibbles)
     stream = words[3::-1] + words[7:3:-1]
-    assert not fill(as_bytes(stream), np.zeros(100, np.uint16), MAX_NIBBLES)
+    assert not fill(as_bytes(stream), np.zeros(1, np.uint16), MAX_NIBBLES)
 
 
 def test_the_error_says_what_was_announced():

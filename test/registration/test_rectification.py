@@ -132,6 +132,14 @@ def test_beyond_the_fold_of_the_polynomial_nothing_is_shown():
     assert (rectified[radius > 1.06] == 0).all()
 
 
+def test_tangential_terms_are_no_fold():
+    # To the right x - 0.6 x^2 turns back at 0.83; to the left x = -1 comes from -1.6, pixel 20.
+    wide = Camera(201, 201, 50.0, 50.0, 100.0, 100.0)
+    rectifier = Rectifier(wide, wide, "plumb_bob", (0.0, 0.0, 0.0, -0.2))
+    rectified = rectifier.image(np.tile(np.arange(201, dtype=np.uint8), (201, 1)))
+    assert rectified[100, 50] == 20
+
+
 def test_images_of_another_size_are_refused():
     rectifier = Rectifier(RAW, RECTIFIED, "plumb_bob", PLUMB_BOB)
     for refuse in (

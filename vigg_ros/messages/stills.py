@@ -15,7 +15,6 @@ from vigg_ros.messages.limits import MAX_PIXELS_PER_BYTE, check_payload
 from vigg_ros.registration.errors import DataError
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_PNG_END = b"\x00\x00\x00\x00IEND"
 _JPEG_START = b"\xff\xd8\xff"
 _JPEG_END = b"\xff\xd9"
 _MAX_JPEG_SEGMENTS = 4_096
@@ -57,8 +56,6 @@ def _claimed_size(data: bytes) -> tuple[int, int]:
 def _png_size(data: bytes) -> tuple[int, int]:
     if data[12:16] != b"IHDR" or len(data) < 33:
         raise _broken("a PNG without a header")
-    if data.rfind(_PNG_END) < 0:
-        raise _broken("a PNG without an end")
     width_px, height_px = struct.unpack_from(">II", data, 16)
     return width_px, height_px
 
@@ -77,7 +74,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
             height_px, width_px = struct.unpack_from(">HH", data, offset + 5)
             size = (width_px, height_px)
         if marker == _START_OF_SCAN and size:
-            # libjpeg fills a cut image with grey and only warns. Scans cannot contain the end marker.
+            # Up to OpenCV 4, a cut image is filled with grey. Scans cannot contain the end marker.
             if data.find(_JPEG_END, offset) < 0:
                 raise _broken("a JPEG without an end")
             return size
