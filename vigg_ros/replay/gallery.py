@@ -116,7 +116,7 @@ class Gallery:
         self._kept: list[Exhibit] = []
 
     def offer(self, estimate: Estimate, attempt: Attempt) -> None:
-        """Look at a frame, right after the Registrar's step; frames that start a session are of no interest."""
+        """Look at a frame, right after the Registrar's step; one that starts a session is of no interest."""
         index = self._offered
         self._offered += 1
         if estimate.outcome is None:
@@ -150,7 +150,7 @@ def _rank(exhibit: Exhibit, *, chosen: list[Exhibit], stretch: int) -> tuple[flo
 
 
 def _worst(exhibits: Sequence[Exhibit], stretch: int) -> list[Exhibit]:
-    """Of each stretch and reason the exhibit of the smallest margin; of equal ones the first: trouble began there."""
+    """Of each stretch and reason the smallest margin; of equal ones the first: there trouble began."""
     worst: dict[tuple[int, Reason | None], Exhibit] = {}
     for exhibit in exhibits:
         key = exhibit.index // stretch, exhibit.reason
@@ -160,7 +160,7 @@ def _worst(exhibits: Sequence[Exhibit], stretch: int) -> list[Exhibit]:
 
 
 def margin_of(estimate: Estimate, wanted: VerificationConfig) -> float:
-    """How far an answer is from being refused, by the weakest of its evidence, in [0, 1]; lost: LOST_MARGIN."""
+    """How far an answer is from refusal, by the weakest of its evidence, in [0, 1]; lost: LOST_MARGIN."""
     if not isinstance(estimate.outcome, Registration):
         return LOST_MARGIN
     evidence = estimate.outcome.evidence

@@ -62,7 +62,7 @@ def draw_matches(
 
 
 def draw_depth(depth_m: NDArray[np.floating], *, panel_width_px: int | None = None) -> Picture:
-    """A depth image (H, W), metres, near red to far blue, dark where there is none; its range is written in it."""
+    """A depth image (H, W), metres, near red to far blue, dark without depth; its range is written in it."""
     measured = depth_m > 0
     near, far = np.percentile(depth_m[measured], (2, 98)) if measured.any() else (0.0, 1.0)
     share = np.clip((far - depth_m) / max(far - near, 1e-6), 0.0, 1.0)
@@ -138,7 +138,7 @@ def _dimmed(picture: Picture) -> Picture:
 def _scaled(pixels: NDArray[np.floating], image: Picture, panel: Picture) -> NDArray[np.float64]:
     """Pixels of an image as pixels of its panel; both count from the centre of the first pixel."""
     scale = panel.shape[1] / image.shape[1]
-    return (np.asarray(pixels, np.float64).reshape(-1, 2) + 0.5) * scale - 0.5
+    return np.asarray((np.asarray(pixels, np.float64).reshape(-1, 2) + 0.5) * scale - 0.5)
 
 
 def _few(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -148,7 +148,7 @@ def _few(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def _direction_colours(moved: NDArray[np.float64]) -> list[tuple[int, ...]]:
-    """BGR by direction (hue) and distance (from white to full colour at 10 % of the width) of moves (M, 2)."""
+    """BGR by direction (hue) and distance (full colour at 10 % of the width) of moves (M, 2)."""
     hue = (np.rad2deg(np.arctan2(moved[:, 1], moved[:, 0])) % 360) / 2
     saturation = 60 + 195 * np.clip(np.linalg.norm(moved, axis=1) / 0.1, 0, 1)
     hsv = np.column_stack((hue, saturation, np.full(len(moved), 255.0))).astype(np.uint8)[None]
