@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 from rosbags import rosbag1, rosbag2
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.messages.decode import decode_image
 from vigg_ros.messages.encode import (
     ROSBAGS,
     Message,
@@ -114,6 +116,9 @@ def _declared(entries, topics, definitions):
 def write_ros1_bag(path: Path, entries: Iterable[Entry], *, compress: bool = False) -> Path:
     """A ROS 1 .bag of the same messages."""
     store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(
+        get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage")
+    )
     writer = rosbag1.Writer(path)
     if compress:
         writer.set_compression(rosbag1.Writer.CompressionFormat.LZ4)
@@ -190,3 +195,19 @@ def cut(path: Path, share: float) -> None:
     """Keep only the first part of a file."""
     data = path.read_bytes()
     path.write_bytes(data[: int(len(data) * share)])
+
+
+def opened(path: Path) -> None:
+    with BagReader(path):
+        pass
+
+
+def read(path: Path) -> tuple[list[int], BagReader]:
+    """Header stamps of the colour images, and the reader after reading everything."""
+    with BagReader(path) as reader:
+        stamps = [decode_image(one.message).stamp_ns for one in reader.messages() if one.topic == COLOUR]
+    return stamps, reader
+
+
+def stamps_of(entries) -> list[int]:
+    return [entry.log_ns for entry in entries]

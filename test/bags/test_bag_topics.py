@@ -8,56 +8,16 @@ from pathlib import Path
 
 import pytest
 from bag_samples import COLOUR, DEPTH, INFO, TRUTH, rgbd_entries, tf_static_entry, write_bag
+from topic_samples import REALSENSE, chosen, topics
 
-from vigg_ros.bags.reader import BagReader, Topic
-from vigg_ros.bags.topics import TopicError, TopicRequest, choose_topics
-from vigg_ros.registration.errors import BagError
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import choose_topics
 
 TOPIC_ROW = pytest.mark.hostile(
     "Bags: topic missing, wrong type or ambiguous: exit 2 with the candidates listed"
 )
-TYPES = {
-    "image": "sensor_msgs/msg/Image",
-    "compressed": "sensor_msgs/msg/CompressedImage",
-    "info": "sensor_msgs/msg/CameraInfo",
-    "points": "sensor_msgs/msg/PointCloud2",
-    "pose": "geometry_msgs/msg/PoseStamped",
-    "odometry": "nav_msgs/msg/Odometry",
-    "tf": "tf2_msgs/msg/TFMessage",
-    "imu": "sensor_msgs/msg/Imu",
-}
 
 
-def topics(*lines: str, count: int = 9) -> list[Topic]:
-    """Topics of lines like "image /camera/image_raw"."""
-    pairs = (line.split() for line in lines)
-    return [Topic(name, TYPES[kind], count) for kind, name in pairs]
-
-
-def chosen(held: list[Topic], **options) -> dict[str, str | None]:
-    encodings = options.pop("encodings", {})
-    choice = choose_topics(held, TopicRequest(**options), encodings=encodings)
-    fields = ("image", "camera_info", "depth", "points", "ground_truth", "tf_static")
-    taken = {field: getattr(choice, field) for field in fields}
-    return {field: topic.name for field, topic in taken.items() if topic is not None}
-
-
-REALSENSE = topics(
-    "image /camera/color/image_raw",
-    "compressed /camera/color/image_raw/compressed",
-    "info /camera/color/camera_info",
-    "image /camera/depth/image_rect_raw",
-    "info /camera/depth/camera_info",
-    "image /camera/aligned_depth_to_color/image_raw",
-    "compressed /camera/aligned_depth_to_color/image_raw/compressedDepth",
-    "info /camera/aligned_depth_to_color/camera_info",
-    "image /camera/infra1/image_rect_raw",
-    "info /camera/infra1/camera_info",
-    "points /camera/depth/color/points",
-    "imu /camera/imu",
-    "tf /tf",
-    "tf /tf_static",
-)
 REALSENSE_TAKEN = {
     "image": "/camera/color/image_raw",
     "camera_info": "/camera/color/camera_info",
@@ -203,99 +163,6 @@ STEREO = topics(
 )
 
 
-@TOPIC_ROW
-def test_two_cameras_are_asked_for_with_the_option() -> None:
-    with pytest.raises(
-        TopicError,
-        match=r"several topics could be meant: /stereo/left/image_raw, /stereo/right/image_raw; "
-        r"choose one with --image-topic",
-    ):
-        choose_topics(STEREO)
-
-
-@TOPIC_ROW
-def test_naming_the_image_names_its_calibration_too() -> None:
-    taken = chosen(STEREO, image="/stereo/right/image_raw")
-    assert taken["camera_info"] == "/stereo/right/camera_info"
-
-
-@TOPIC_ROW
-@pytest.mark.parametrize(
-    ("extra", "option"),
-    [
-        ("image /c/depth2", "--depth-topic"),
-        ("info /c/camera_info2", "--camera-info-topic"),
-        ("image /c/rgb2", "--image-topic"),
-    ],
-)
-def test_what_is_not_clear_is_asked_for(extra: str, option: str) -> None:
-    held = topics("image /c/rgb", "info /c/camera_info", "image /c/depth", extra)
-    with pytest.raises(TopicError, match=rf"could be meant: .*{extra.split()[1]}; choose one with {option}"):
-        choose_topics(held)
-
-
-@TOPIC_ROW
-def test_two_clouds_are_asked_for() -> None:
-    held = topics("image /c/rgb", "info /c/camera_info", "points /front", "points /rear")
-    with pytest.raises(TopicError, match="/front, /rear; choose one with --points-topic"):
-        choose_topics(held)
-
-
-@TOPIC_ROW
-@pytest.mark.parametrize(
-    ("missing", "option", "listed"),
-    [
-        ("image /c/rgb", "--image-topic", r"topics of type .*: /c/depth \(9\)"),
-        ("info /c/camera_info", "--camera-info-topic", "no topic of type sensor_msgs/msg/CameraInfo, only: "),
-    ],
-)
-def test_a_missing_topic_lists_what_there_is(missing: str, option: str, listed: str) -> None:
-    lines = ["image /c/rgb", "info /c/camera_info", "image /c/depth"]
-    lines.remove(missing)
-    with pytest.raises(TopicError, match=rf"found no topic for {option}; .*{listed}"):
-        choose_topics(topics(*lines))
-
-
-@TOPIC_ROW
-def test_no_depth_of_either_kind_names_both_options() -> None:
-    held = topics("image /c/rgb", "info /c/camera_info")
-    with pytest.raises(
-        TopicError,
-        match=r"neither depth images \(--depth-topic\) nor clouds \(--points-topic\); .*: /c/rgb \(9\)",
-    ):
-        choose_topics(held)
-    with pytest.raises(TopicError, match="found no topic for --depth-topic"):
-        choose_topics(held, TopicRequest(geometry="depth"))
-
-
-@TOPIC_ROW
-@pytest.mark.parametrize("option", ["image", "camera_info", "depth", "points", "ground_truth"])
-def test_a_named_topic_that_is_not_there_lists_the_candidates(option: str) -> None:
-    held = [*REALSENSE, *topics("pose /mocap/pose")]
-    with pytest.raises(
-        TopicError, match=r"-topic /nowhere is not in the bag; the bag's topics of type .*: /"
-    ):
-        choose_topics(held, TopicRequest(**{option: "/nowhere"}))
-
-
-@TOPIC_ROW
-def test_a_named_topic_of_the_wrong_type_says_which() -> None:
-    with pytest.raises(
-        TopicError, match=r"--depth-topic /camera/imu is of type sensor_msgs/msg/Imu; the bag"
-    ):
-        choose_topics(REALSENSE, TopicRequest(depth="/camera/imu"))
-
-
-@TOPIC_ROW
-def test_an_empty_bag_says_so() -> None:
-    with pytest.raises(TopicError, match="only: nothing"):
-        choose_topics([])
-
-
-def test_a_topic_error_is_a_bag_error() -> None:
-    assert issubclass(TopicError, BagError)
-
-
 def test_a_leading_slash_may_be_left_out() -> None:
     assert chosen(REALSENSE, depth="camera/depth/image_rect_raw")["depth"] == "/camera/depth/image_rect_raw"
 
@@ -317,13 +184,6 @@ def test_ground_truth_is_what_is_called_so(poses, truth, noted) -> None:
     assert (choice.ground_truth.name if choice.ground_truth else None) == truth
     assert bool(choice.notes) == bool(noted)
     assert not noted or noted in choice.notes[0]
-
-
-@TOPIC_ROW
-def test_two_truths_are_asked_for() -> None:
-    held = topics("image /c/rgb", "info /c/camera_info", "image /c/depth", "pose /gt", "pose /mocap/pose")
-    with pytest.raises(TopicError, match="/gt, /mocap/pose; choose one with --ground-truth-topic"):
-        choose_topics(held)
 
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])

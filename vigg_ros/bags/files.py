@@ -49,29 +49,22 @@ class StorageFile:
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The readable messages of these topics, in the order of log time for an undamaged file."""
         delivered: Counter[tuple[str, int]] = Counter()
-        for source in self._sources():
-            repeated = Counter(delivered)
-            try:
-                for raw in source.messages(topics):
-                    key = raw.channel.topic, raw.log_ns
-                    if repeated[key]:
-                        repeated[key] -= 1
-                    else:
-                        delivered[key] += 1
-                        yield raw
-                return
-            except Exception as error:  # damaged files make rosbags fail in ways nobody lists
-                self._ledger.damage(f"{self._path.name}: {in_one_line(error)}")
-
-    def _sources(self) -> Iterator[Storage]:
-        """What to read, and what to go on with when that fails."""
-        yield self._primary
+        try:
+            yield from _unseen(self._primary.messages(topics), delivered)
+            return
+        except Exception as error:  # damaged files make rosbags fail in ways nobody lists
+            failure = f"{self._path.name}: {in_one_line(error)}"
         fallback = self._open_fallback()
-        if fallback is not None:
-            try:
-                yield fallback
-            finally:
-                fallback.close()
+        if fallback is None:
+            self._ledger.damage(f"{failure}; what follows is lost")
+            return
+        self._ledger.note(f"{failure}; the rest is read front to back, without the index")
+        try:
+            yield from _unseen(fallback.messages(topics), delivered)
+        except Exception as error:  # as above
+            self._ledger.damage(f"{self._path.name}: {in_one_line(error)}; what follows is lost")
+        finally:
+            fallback.close()
 
     def close(self) -> None:
         """Release the file."""
@@ -108,13 +101,25 @@ class StorageFile:
                 fallback = McapScan(self._path, self._ledger)
             elif self._path.suffix == ".db3":
                 fallback = SqliteRows(self._path, self._ledger)
-        except (OSError, sqlite3.Error):
+        except (OSError, sqlite3.Error, UnicodeDecodeError):
             return None
         return fallback if fallback is not None and fallback.counts else None
 
     @property
     def _remedy(self) -> str:
         return _REMEDIES[self._path.suffix]
+
+
+def _unseen(raws: Iterator[RawMessage], delivered: Counter[tuple[str, int]]) -> Iterator[RawMessage]:
+    """The messages beyond those that were delivered before; what is delivered now is added to these."""
+    repeated = Counter(delivered)
+    for raw in raws:
+        key = raw.channel.topic, raw.log_ns
+        if repeated[key]:
+            repeated[key] -= 1
+        else:
+            delivered[key] += 1
+            yield raw
 
 
 def unpack_file(path: Path, folder: Path, ledger: Ledger) -> Path:

@@ -105,6 +105,7 @@ def _intrinsics(
         return found[0], ""
     if size != (640, 480):
         raise BagError(
-            f"{folder} has no camera-intrinsics.txt, and its images are not 640x480; give intrinsics"
+            f"{folder} has no camera-intrinsics.txt, and its images are {size[0]}x{size[1]} and not the "
+            "640x480 of 7-Scenes; give intrinsics fx fy cx cy"
         )
     return KINECT_INTRINSICS, "no intrinsics file: taken as 585 585 320 240 px, as 7-Scenes says"

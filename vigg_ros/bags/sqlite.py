@@ -16,15 +16,21 @@ from urllib.parse import quote
 from vigg_ros.bags.losses import Ledger
 from vigg_ros.bags.storage import Channel, RawMessage
 
-_FAILURES_MAX = 10_000
+_ERRORS = (sqlite3.Error, UnicodeDecodeError)
+"""The second comes from damaged names that sqlite3 wants to quote in the first."""
+
+_FAILURES_MAX = 1_000
 """Consecutive unreadable row numbers after which the rest of the table is given up."""
+
+_STRIDE = 100
+"""After half as many, a page with thousands of rows must be broken: go on in larger steps."""
 
 
 class SqliteRows:
     """A storage file (``storage.Storage``) for damaged .db3 files.
 
-    Opening counts the messages by reading all of them once, and raises sqlite3.Error when not even the
-    list of topics is readable.
+    Opening counts the messages by reading all of them once, and raises sqlite3.Error or UnicodeDecodeError
+    when not even the list of topics is readable.
     """
 
     def __init__(self, path: Path, ledger: Ledger) -> None:
@@ -34,7 +40,7 @@ class SqliteRows:
         self._database.text_factory = lambda text: text.decode(errors="replace")
         try:
             self._by_id = self._read_channels()
-        except sqlite3.Error:
+        except _ERRORS:
             self._database.close()
             raise
         self.channels = tuple(dict.fromkeys(self._by_id.values()))
@@ -65,9 +71,10 @@ class SqliteRows:
                         last_id, failures = row_id, 0
                         yield topic_id, log_ns, data
                 return
-            except sqlite3.Error as error:
+            except _ERRORS as error:
                 self._ledger.damage(f"{self._path.name}: rows that cannot be read ({error})")
-                last_id, failures = last_id + 1, failures + 1
+                failures += 1
+                last_id += 1 if failures < _FAILURES_MAX // 2 else _STRIDE
 
     def _read_channels(self) -> dict[int, Channel]:
         rows = self._database.execute("SELECT id, name, type, serialization_format FROM topics").fetchall()
@@ -83,7 +90,7 @@ class SqliteRows:
         query = "SELECT topic_type, encoded_message_definition, encoding FROM message_definitions"
         try:
             rows = self._database.execute(query).fetchall()
-        except sqlite3.Error:
+        except _ERRORS:
             return {}
         return {row[0]: (row[1], row[2]) for row in rows if all(isinstance(text, str) for text in row)}
 

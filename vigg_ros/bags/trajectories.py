@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -38,12 +38,13 @@ def parse_stamp_ns(text: str) -> int:
     Raises ValueError when it is no number of seconds that ROS can hold.
     """
     try:
-        stamp_ns = int(Decimal(text).scaleb(9).to_integral_value())
-    except (InvalidOperation, OverflowError, ValueError) as error:
+        seconds = Decimal(text)
+        in_range = 0 <= seconds < 2**31
+    except ArithmeticError as error:  # what is no number, and comparisons with NaN
         raise ValueError(f"{text[:40]!r} is no stamp in seconds") from error
-    if not 0 <= stamp_ns < 2**31 * NS_PER_S:
+    if not in_range:
         raise ValueError(f"{text[:40]!r} is outside the seconds that ROS can hold")
-    return stamp_ns
+    return int(seconds.scaleb(9).to_integral_value())
 
 
 def stamp_of_number(number: int, rate_hz: float) -> int:
