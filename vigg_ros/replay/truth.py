@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vigg_ros.evaluation.metrics import SessionMetrics, TrajectoryMetrics, measure_session
+from vigg_ros.evaluation.accuracy import SessionMetrics, TrajectoryMetrics, measure_session
 from vigg_ros.evaluation.trajectory import Trajectory
 from vigg_ros.replay.record import FrameRecord, Recording
 from vigg_ros.tracking.observation import StampedPose
