@@ -15,9 +15,9 @@ from vigg_ros.bags.topics import TopicRequest, choose_topics
 from vigg_ros.bags.tum import read_stamped_poses
 from vigg_ros.commands.configuration import add_config_arguments, load_config
 from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine
-from vigg_ros.evaluation.metrics import TrajectoryMetrics
+from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.registration.config import Config
-from vigg_ros.replay.accuracy import measure, truth_frame_note
+from vigg_ros.replay.truth import measure, truth_frame_note
 from vigg_ros.replay.gallery import Gallery
 from vigg_ros.replay.outputs import write_frames, write_json, write_trajectory
 from vigg_ros.replay.record import FrameRecord, Recording

@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from vigg_ros.evaluation.metrics import Accuracy, TrajectoryMetrics
+from vigg_ros.evaluation.accuracy import Accuracy, TrajectoryMetrics
 from vigg_ros.replay.record import Recording
 
 
