@@ -134,6 +134,16 @@ def test_a_second_reading_says_the_same(tmp_path: Path) -> None:
     assert len(first) == 4 * FRAMES
 
 
+def test_a_bag_that_is_not_open_is_not_an_empty_bag(tmp_path: Path) -> None:
+    reader = BagReader(write_bag(tmp_path / "bag", rgbd_entries(1)))
+    for _ in range(2):
+        with pytest.raises(BagError, match="is not open; read it within 'with"):
+            next(reader.messages())
+        with reader:
+            assert len(list(reader.messages())) == 4
+            assert not reader.damaged
+
+
 def test_pixels_survive(tmp_path: Path) -> None:
     with BagReader(write_bag(tmp_path / "bag", rgbd_entries(3))) as reader:
         images = [decode_image(one.message).image for one in reader.messages([COLOUR])]

@@ -7,7 +7,7 @@ from __future__ import annotations
 import shutil
 import sqlite3
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
@@ -48,7 +48,7 @@ class StorageFile:
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The readable messages of these topics, in the order of log time for an undamaged file."""
-        delivered: Counter[tuple[str, int]] = Counter()
+        delivered: defaultdict[str, list[int]] = defaultdict(list)
         try:
             yield from _unseen(self._primary.messages(topics), delivered)
             return
@@ -110,15 +110,15 @@ class StorageFile:
         return _REMEDIES[self._path.suffix]
 
 
-def _unseen(raws: Iterator[RawMessage], delivered: Counter[tuple[str, int]]) -> Iterator[RawMessage]:
-    """The messages beyond those that were delivered before; what is delivered now is added to these."""
-    repeated = Counter(delivered)
+def _unseen(raws: Iterator[RawMessage], delivered: defaultdict[str, list[int]]) -> Iterator[RawMessage]:
+    """The messages beyond those that were delivered before; the log times of what is delivered are added."""
+    repeated = Counter((topic, log_ns) for topic, times in delivered.items() for log_ns in times)
     for raw in raws:
         key = raw.channel.topic, raw.log_ns
         if repeated[key]:
             repeated[key] -= 1
         else:
-            delivered[key] += 1
+            delivered[raw.channel.topic].append(raw.log_ns)
             yield raw
 
 

@@ -78,6 +78,7 @@ class BagReader:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._files.clear()
         self._stack.close()
 
     @property
@@ -170,6 +171,7 @@ class BagReader:
         counts = sum((file.counts for file in self._files), Counter[tuple[str, str]]())
         keys = {channel.key for file in self._files for channel in file.channels}
         self.topics = tuple(Topic(name, kind, counts[name, kind]) for name, kind in sorted(keys))
+        self._promised = Counter()
         for topic in self.topics:
             self._promised[topic.name] += topic.count
         for name, count in (promised or {}).items():
@@ -178,6 +180,8 @@ class BagReader:
         self._promised |= promised or Counter()
 
     def _choose(self, topics: Iterable[str] | None) -> frozenset[str]:
+        if not self._files:
+            raise BagError(f"{self.path} is not open; read it within 'with BagReader(path) as reader:'")
         present = {topic.name for topic in self.topics}
         return frozenset(present if topics is None else present.intersection(topics))
 
