@@ -36,6 +36,9 @@ MAD_TO_SIGMA = 1.4826
 CONVERGED_VOXELS = 0.002
 """A step that moves the surface by less than this ends the rounds."""
 
+MIN_RESPONSE = 0.05
+"""Surfaces that respond less are too rough to say how much they do."""
+
 BLOCK_VOXELS = 8.0
 """Errors of depth are alike on patches of about this size; patches, not points, count as independent."""
 
@@ -89,6 +92,23 @@ class SurfaceAligner:
         patch = self._patches(source.points[rows])
         return _Residuals(value, _jacobian(moved[rows], normals, T_target_source), weight, patch)
 
+    def response(self, source: Surface, T_target_source: NDArray[np.float64], found: _Residuals) -> float:
+        """How much of a shift along the normals is seen once the surfaces are paired anew: a share in (0, 1].
+
+        Among noisy points the nearest one hides a part of any shift, so ``found`` claims more information
+        than there is. Tried with a shift of one standard deviation of the distances found, either way.
+        """
+        shift = MAD_TO_SIGMA * float(np.median(np.abs(found.value))) if len(found.value) else 0.0
+        if shift == 0.0:
+            return 1.0
+        pull = []
+        for step in (-shift, shift):
+            shifted = Surface(source.points + np.float32(step) * source.normals, source.normals)
+            paired = self.residuals(shifted, T_target_source, NARROW_VOXELS)
+            pull.append(float(paired.weight @ paired.value))
+        share = (pull[0] - pull[1]) / (2 * shift * float(found.weight.sum()))
+        return min(max(share, MIN_RESPONSE), 1.0)
+
     def _patches(self, points: NDArray[np.float32]) -> NDArray[np.int64]:
         cells = np.floor(points / (BLOCK_VOXELS * self._voxel_m)).astype(np.int64)
         return (cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791)
@@ -141,7 +161,8 @@ def refine(
             break
     matched = _visual_residuals(visual, T_target_source, floor=0.1 * voxel_size_m)
     rms_m = float(np.sqrt(np.mean(surface.value**2))) if len(surface.value) else math.nan
-    return Fit(T_target_source, _covariance(surface, matched), rms_m, len(surface.value))
+    response = aligner.response(source, T_target_source, surface)
+    return Fit(T_target_source, _covariance(surface, matched, response), rms_m, len(surface.value))
 
 
 def _information(residuals: _Residuals) -> NDArray[np.float64]:
@@ -161,13 +182,14 @@ def _moved(T_target_source: NDArray[np.float64], step: NDArray[np.float64]) -> N
     return moved
 
 
-def _covariance(surface: _Residuals, visual: _Residuals) -> NDArray[np.float64]:
+def _covariance(surface: _Residuals, visual: _Residuals, response: float) -> NDArray[np.float64]:
     """Cluster-robust covariance (Liang and Zeger 1986): A^-1 B A^-1, B from the summed scores of patches.
 
-    Unlike A^-1 it does not take the thousand points of one patch for a thousand measurements. Directions
-    without information get an infinite variance on the diagonal.
+    Unlike A^-1 it does not take the thousand points of one patch for a thousand measurements. A is the
+    derivative of the summed scores, so the surfaces count in it as much as they respond to a motion.
+    Directions without information get an infinite variance on the diagonal.
     """
-    information = _information(surface) + _information(visual)
+    information = response * _information(surface) + _information(visual)
     values = np.linalg.eigvalsh(information)
     if values[0] <= 1e-9 * max(values[-1], 1e-300):
         return np.diag(np.full(6, np.inf))
