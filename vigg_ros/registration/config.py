@@ -125,6 +125,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "geometric.feature_grid_voxels": 1.0,
         "geometric.normal_radius_voxels": 2.0,
         "geometric.feature_radius_voxels": 5.0,
+        "geometric.always": True,
         "geometric.mutual": False,
         "cliques.geometric_hypotheses": False,
         "local_match.geometric_prior": False,

@@ -50,3 +50,9 @@ def concatenate(first: Matches, second: Matches) -> Matches:
         np.concatenate((first.target_row, second.target_row)),
         np.concatenate((first.source_row, second.source_row)),
     )
+
+
+def no_matches() -> Matches:
+    """None at all."""
+    points, rows = np.empty((0, 3)), np.empty(0, np.int64)
+    return Matches(points, points, np.empty(0), rows, rows)

@@ -60,6 +60,9 @@ class GeometricConfig:
         14.0, "surface patch a feature describes; larger tells more apart, and fits less at borders",
         unit="voxels", low=2.0, high=100.0,
     )
+    always: bool = option(
+        False, "on to match globally even where the visual matches leave no doubt, as the paper does; slower"
+    )
     mutual: bool = option(True, "off for the paper's one-directional global matches, which are mostly wrong")
 
 

@@ -41,23 +41,28 @@ def weighted_svd(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """T_target_source minimising sum weight * |target - T source|^2 (paper eq. 12; Kabsch, Umeyama).
 
-    target, source: (..., N, 3); weight: (..., N), not negative, padding may be 0. Returns T (..., 4, 4)
-    with det(R) = +1, and whether it is determined (...,): false for fewer than three points and for
-    points on a line. Coplanar points are fine.
+    target, source: (N, 3), metres; weight: (..., N), not negative: one fit for each row of weights.
+    Returns T (..., 4, 4) with det(R) = +1, and whether it is determined (...,): false for fewer than
+    three points and for points on a line. Coplanar points are fine.
     """
     weight = np.asarray(weight, np.float64)
+    if target.shape[0] == 0:
+        return np.broadcast_to(np.eye(4), (*weight.shape[:-1], 4, 4)).copy(), np.zeros(weight.shape[:-1], bool)
+    # About the middle of all points the moments keep their precision far from the origin.
+    centre_target, centre_source = target.mean(axis=0), source.mean(axis=0)
+    x, y = target - centre_target, source - centre_source
     total = weight.sum(axis=-1)
-    share = (weight / np.where(total > 0, total, 1)[..., None])[..., None]
-    mean_target = (share * target).sum(axis=-2)
-    mean_source = (share * source).sum(axis=-2)
-    spread_target = target - mean_target[..., None, :]
-    spread_source = share * (source - mean_source[..., None, :])
-    U, singular, Vt = np.linalg.svd(np.swapaxes(spread_target, -1, -2) @ spread_source)
+    share = weight / np.where(total > 0, total, 1)[..., None]
+    mean_x, mean_y = share @ x, share @ y
+    products = (x[:, :, None] * y[:, None, :]).reshape(-1, 9)
+    cross = (share @ products).reshape(*total.shape, 3, 3) - mean_x[..., :, None] * mean_y[..., None, :]
+    U, singular, Vt = np.linalg.svd(cross)
     # A reflection would fit coplanar or noisy points as well; flip the weakest axis instead.
     U[..., :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[..., None]
     T = np.zeros((*total.shape, 4, 4))
     T[..., :3, :3] = U @ Vt
-    T[..., :3, 3] = mean_target - (T[..., :3, :3] @ mean_source[..., None])[..., 0]
+    moved = (T[..., :3, :3] @ (mean_y + centre_source)[..., None])[..., 0]
+    T[..., :3, 3] = mean_x + centre_target - moved
     T[..., 3, 3] = 1.0
     determined = (singular[..., 1] > COLLINEAR_RATIO * singular[..., 0]) & (singular[..., 0] > 0) & (total > 0)
     return T, determined & (np.count_nonzero(weight, axis=-1) >= 3)

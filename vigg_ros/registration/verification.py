@@ -32,6 +32,10 @@ MIN_INCIDENCE = 0.2
 RIVAL_SURFACE, RIVAL_MATCHES = 0.75, 0.6
 """Shares of the best answer's surface balance and of its matches from which another one rivals it."""
 
+CLEAR_INLIERS, CLEAR_SHARE = 20, 0.15
+"""Visual matches, and their share, that speak for an answer on their own. Wrong cliques hold up to about a
+tenth of the matches where texture repeats; then the surfaces contradict them as well."""
+
 MAX_RIVALS = 3
 """Rivals refined to the end; many of them are the same answer, not yet converged."""
 
@@ -144,6 +148,27 @@ def is_supported(candidate: Candidate, config: Config) -> bool:
         and candidate.agreement.overlap >= wanted.min_overlap
         and candidate.agreement.consistency >= wanted.min_consistency
     )
+
+
+def is_clear(candidates: list[Candidate], config: Config) -> bool:
+    """Whether the visual matches alone leave no doubt between the candidates."""
+    if not config.verification.enabled or not candidates:
+        return False
+    best = max(candidates, key=lambda candidate: candidate.support)
+    return (
+        _are_many(int(np.count_nonzero(best.visual_inliers)), len(best.visual_inliers))
+        and is_supported(best, config)
+        and all(rivalry(other, best, config) < 1.0 for other in candidates)
+    )
+
+
+def is_clear_answer(answer: Registration) -> bool:
+    """Whether the visual matches still carry the answer after its refinement."""
+    return _are_many(answer.evidence.visual_inliers, answer.evidence.visual_matches)
+
+
+def _are_many(inliers: int, matches: int) -> bool:
+    return inliers >= max(CLEAR_INLIERS, CLEAR_SHARE * matches)
 
 
 def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rejection:

@@ -11,9 +11,9 @@ from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features, extract
 from vigg_ros.registration.geometric import match_global, sample
 from vigg_ros.registration.local_match import LocalMatcher, guided_fit, max_zone_radius_m
-from vigg_ros.registration.matches import concatenate
+from vigg_ros.registration.matches import concatenate, no_matches
 from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
-from vigg_ros.registration.result import Evidence, Outcome, Reason, Rejection
+from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.verification import (
     RIVAL_MATCHES,
     Candidate,
@@ -21,6 +21,8 @@ from vigg_ros.registration.verification import (
     assess,
     contenders,
     find_lack,
+    is_clear,
+    is_clear_answer,
     is_supported,
     judge,
 )
@@ -41,19 +43,46 @@ def register(target: Features, source: Features, config: Config) -> Outcome:
         return Rejection(*lack, evidence)
 
     visual = match_visual(target.keypoints, source.keypoints, config.visual)  # C_vis
+    pair = Pair(target, source, visual, no_matches(), config)
+    if not config.geometric.always:
+        answer = align_by_images(pair, evidence)
+        if answer is not None:
+            return answer
     geometric = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)  # C_geo
-    pair = Pair(target, source, visual, geometric, config)
-    hypotheses = propose(visual, geometric, config.cliques)  # GVCA
-    evidence = replace(
-        evidence, visual_matches=len(visual), geometric_matches=len(geometric), hypotheses=len(hypotheses)
-    )
-    if not len(hypotheses):
-        message = f"no three of {len(visual)} visual and {len(geometric)} geometric matches fit one motion"
-        return Rejection(Reason.TOO_FEW_MATCHES, message, evidence)
+    return align(replace(pair, geometric=geometric), evidence)
 
+
+def align(pair: Pair, evidence: Evidence) -> Outcome:
+    """The answer from all matches."""
+    hypotheses = propose(pair.visual, pair.geometric, pair.config.cliques)  # GVCA
     candidates = follow(pair, hypotheses)  # VGM
-    fits = [polish(pair, candidate) for candidate in contenders(candidates, config)]
-    return judge(pair, fits, replace(evidence, candidates=len(candidates)))
+    evidence = replace(
+        evidence,
+        visual_matches=len(pair.visual),
+        geometric_matches=len(pair.geometric),
+        hypotheses=len(hypotheses),
+        candidates=len(candidates),
+    )
+    if not candidates:
+        found = f"no three of {len(pair.visual)} visual and {len(pair.geometric)} geometric matches fit one motion"
+        return Rejection(Reason.TOO_FEW_MATCHES, found, evidence)
+    return judge(pair, polish(pair, contenders(candidates, pair.config)), evidence)
+
+
+def align_by_images(pair: Pair, evidence: Evidence) -> Registration | None:
+    """The answer from visual matches alone, where they leave no doubt: then there is nothing to guide.
+
+    Global geometric matches cost as much as all the rest, and most frames of a sequence do not need them.
+    """
+    hypotheses = propose(pair.visual, pair.geometric, pair.config.cliques)
+    candidates = follow(pair, hypotheses)
+    if not is_clear(candidates, pair.config):
+        return None
+    evidence = replace(
+        evidence, visual_matches=len(pair.visual), hypotheses=len(hypotheses), candidates=len(candidates)
+    )
+    outcome = judge(pair, polish(pair, contenders(candidates, pair.config)), evidence)
+    return outcome if isinstance(outcome, Registration) and is_clear_answer(outcome) else None
 
 
 def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
@@ -66,6 +95,8 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     rows = sample(len(pair.source.landmarks), config.geometric.sample_k, config.seed)
     source = pair.source.landmarks.select(rows)
     candidates: list[Candidate] = []
+    if not len(few):
+        return candidates
     for T_target_source, score in zip(few.T_target_source, few.score):
         # Lesser hypotheses cannot rival a good answer; they are followed only while there is none.
         if score < RIVAL_MATCHES * few.score[0] and any(is_supported(c, config) for c in candidates):
@@ -75,15 +106,12 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     return candidates
 
 
-def polish(pair: Pair, candidate: Candidate) -> Fit:
-    """The candidate with its surfaces and visual inliers aligned to the sensor's limit."""
+def polish(pair: Pair, candidates: list[Candidate]) -> list[Fit]:
+    """The candidates with their surfaces and visual inliers aligned to the sensor's limit."""
     config = pair.config
     aligner = SurfaceAligner(pair.target.surface, config.geometric.voxel_size_m)
-    rows = sample(len(pair.source.surface), config.geometric.sample_k, config.seed)
-    return refine(
-        aligner,
-        pair.source.surface.select(rows),
-        pair.visual.select(candidate.visual_inliers),
-        candidate.T_target_source,
-        config,
-    )
+    source = pair.source.surface.select(sample(len(pair.source.surface), config.geometric.sample_k, config.seed))
+    return [
+        refine(aligner, source, pair.visual.select(candidate.visual_inliers), candidate.T_target_source, config)
+        for candidate in candidates
+    ]
