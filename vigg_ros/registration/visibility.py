@@ -63,7 +63,9 @@ class ScanView:
         cell, distance_m = _directions(points)
         nearest, farthest = self.nearest_m[cell], self.farthest_m[cell]
         out = np.where(distance_m < nearest, distance_m - nearest, np.maximum(distance_m - farthest, 0.0))
-        return np.where(farthest - nearest < MAX_DEPTH_IN_CELL * nearest, out, np.nan)
+        # Where nothing was measured nearest is inf, and so is the allowed spread.
+        told = np.isfinite(nearest) & (farthest - nearest < MAX_DEPTH_IN_CELL * nearest)
+        return np.where(told, out, np.nan)
 
 
 SCAN_CELL_DEG = 1.0
