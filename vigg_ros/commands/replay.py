@@ -10,13 +10,18 @@ from argparse import ArgumentParser, Namespace
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicRequest, choose_topics
+from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.bags.tum import read_stamped_poses
 from vigg_ros.commands.configuration import add_config_arguments, load_config
 from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine
 from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.registration.config import Config
+from vigg_ros.registration.rigid import inverse
 from vigg_ros.replay.truth import measure, truth_frame_note
 from vigg_ros.replay.gallery import Gallery
 from vigg_ros.replay.outputs import write_frames, write_json, write_trajectory
@@ -24,8 +29,9 @@ from vigg_ros.replay.record import FrameRecord, Recording
 from vigg_ros.replay.replay import Replay
 from vigg_ros.replay.report import write_report
 from vigg_ros.replay.result_bag import write_result_bag
-from vigg_ros.replay.source import BagSource
+from vigg_ros.replay.source import BagSource, read_extrinsics
 from vigg_ros.replay.summary import summary_table
+from vigg_ros.tracking.extrinsics import Lookup, fixed
 from vigg_ros.tracking.observation import StampedPose
 
 TOPICS = ("image", "camera_info", "depth", "points", "ground_truth")
@@ -41,6 +47,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
     parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
+    parser.add_argument(
+        "--extrinsics",
+        type=float,
+        nargs=7,
+        metavar=("X", "Y", "Z", "QX", "QY", "QZ", "QW"),
+        help="where the camera (optical frame) stands in the frame of the points, instead of /tf_static",
+    )
     for name in TOPICS:
         option = f"--{name.replace('_', '-')}-topic"
         parser.add_argument(option, metavar="TOPIC", help="where several could be meant")
@@ -56,9 +69,11 @@ def run(arguments: Namespace) -> ExitCode:
     with BagReader(bag) as reader:
         requested = TopicRequest(**{name: getattr(arguments, f"{name}_topic") for name in TOPICS})
         choice = choose_topics(reader.topics, requested, encodings=reader.encodings())
+        extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
         source = BagSource(reader, choice, config.input)
-        replay = Replay(config, gallery.offer)
-        records, interrupted = _collect(replay, source, choice.image.count)
+        replay = Replay(config, gallery.offer, extrinsics=extrinsics)
+        leader = choice.image if choice.points is None else choice.points
+        records, interrupted = _collect(replay, source, leader.count)
         notes = [*reader.notes, *choice.notes, *source.notes.values(), *map(str, reader.losses)]
         damaged = reader.damaged
     recording = Recording(
@@ -76,6 +91,31 @@ def run(arguments: Namespace) -> ExitCode:
     if interrupted:
         return ExitCode.INTERRUPTED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
+
+
+def find_extrinsics(given: list[float] | None, reader: BagReader, choice: TopicChoice) -> Lookup:
+    """Where the scan's points are in the camera's frame: as given, or by the bag. Raises UsageError."""
+    if given is not None:
+        x, y, z, *quaternion = given
+        try:
+            T_camera_points = inverse(pose_matrix((x, y, z), tuple(quaternion)))
+        except ValueError as error:
+            raise UsageError(f"--extrinsics: {error}") from error
+        return fixed(T_camera_points)
+    tree = read_extrinsics(reader, choice)
+    if tree is None:
+        raise UsageError(
+            "the bag has no /tf_static that says where the camera stands; give it with --extrinsics X Y Z QX QY QZ QW"
+        )
+    return tree.lookup
+
+
+def pose_matrix(position: tuple[float, ...], quaternion: tuple[float, ...]) -> NDArray[np.float64]:
+    """T_parent_child (4, 4) of metres and a quaternion x y z w. Raises ValueError for a quaternion of norm 0."""
+    T_parent_child = np.eye(4)
+    T_parent_child[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    T_parent_child[:3, 3] = position
+    return T_parent_child
 
 
 def read_truth(path: Path) -> list[StampedPose]:

@@ -11,11 +11,12 @@ from vigg_ros.messages.compressed import decode_compressed_image
 from vigg_ros.messages.compressed_depth import decode_compressed_depth
 from vigg_ros.messages.depth import decode_depth
 from vigg_ros.messages.image import decode_image
+from vigg_ros.messages.points import decode_points
 from vigg_ros.messages.stamped_pose import decode_pose
 from vigg_ros.registration.options import InputConfig
 from vigg_ros.tracking.observation import Observation
 
-Role = Literal["image", "camera_info", "depth", "ground_truth"]
+Role = Literal["image", "camera_info", "depth", "points", "ground_truth"]
 
 
 class InputDecoder:
@@ -33,6 +34,8 @@ class InputDecoder:
             return decode_compressed_image(msg) if compressed else decode_image(msg)
         if role == "camera_info":
             return decode_camera_info(msg, images=self._images)
+        if role == "points":
+            return decode_points(msg)
         if role == "depth":
             read = decode_compressed_depth if compressed else decode_depth
             return read(msg, depth_scale_m=self._depth_scale_m)

@@ -65,18 +65,22 @@ class Frame:
         T_camera_points: NDArray[np.float64],
         *,
         stamp_ns: int = 0,
+        times_s: NDArray[np.float64] | None = None,
         within_view: bool = False,
     ) -> Frame:
         """A frame of a camera and a scan of the same moment. Results are in the points' frame.
 
         image: as in ``from_depth``. points: (N, 3) metres, any frame whose origin is the scanner; points
-        that are not finite are dropped. T_camera_points: (4, 4). ``within_view`` drops what the camera
-        does not see (the paper's unified field of view). Raises DataError for wrong shapes, a transform
-        that is none, and points of which next to none projects into the image.
+        that are not finite are dropped. T_camera_points: (4, 4). times_s: (N,) seconds from the stamp on,
+        for de-skewing. ``within_view`` drops what the camera does not see (the paper's unified field of
+        view). Raises DataError for wrong shapes, a transform that is none, and points of which next to
+        none projects into the image.
         """
         image = _check_image(image, camera)
-        cloud = _check_points(points)
-        scan = ProjectedScan(camera, cloud, _check_rigid(T_camera_points))
+        finite = _check_points(points)
+        cloud = np.ascontiguousarray(points[finite], np.float32)
+        times_s = None if times_s is None else times_s[finite]
+        scan = ProjectedScan(camera, cloud, _check_rigid(T_camera_points), times_s)
         rows, _ = scan.visible()
         if len(rows) < MIN_PROJECTED:
             raise DataError(
@@ -86,8 +90,21 @@ class Frame:
                 remedy="check the extrinsics: T_camera_points takes points to the optical frame (z forward)",
             )
         if within_view:
-            scan = ProjectedScan(camera, cloud[rows], scan.T_camera_points)
+            times_s = None if times_s is None else times_s[rows]
+            scan = ProjectedScan(camera, cloud[rows], scan.T_camera_points, times_s)
         return cls(image, camera, scan, int(stamp_ns))
+
+    def scan_with_times(self) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
+        """Points (N, 3) and their times (N,), seconds from the stamp on; None where no times are known."""
+        if not isinstance(self.geometry, ProjectedScan) or self.geometry.times_s is None:
+            return None
+        return self.geometry.cloud, self.geometry.times_s
+
+    def with_points(self, points: NDArray[np.float32]) -> Frame:
+        """The same frame with its scan replaced by corrected points (N, 3), which have no times any more."""
+        assert isinstance(self.geometry, ProjectedScan), "depth images are not corrected"
+        scan = ProjectedScan(self.camera, points, self.geometry.T_camera_points)
+        return Frame(self.image, self.camera, scan, self.stamp_ns)
 
     def points_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
         """Points (K, 3) seen by the pixels (K, 2); NaN where a pixel sees none."""
@@ -110,7 +127,8 @@ def _check_image(image: NDArray[np.uint8], camera: Camera) -> NDArray[np.uint8]:
     return image
 
 
-def _check_points(points: NDArray[np.floating]) -> NDArray[np.float32]:
+def _check_points(points: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Which points are finite."""
     if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.floating):
         raise DataError(
             "POINTS_SHAPE",
@@ -118,7 +136,7 @@ def _check_points(points: NDArray[np.floating]) -> NDArray[np.float32]:
             expected="floating-point metres of shape (N, 3)",
             remedy="pass x, y and z only",
         )
-    return np.ascontiguousarray(points[np.isfinite(points).all(axis=1)], np.float32)
+    return np.isfinite(points).all(axis=1)
 
 
 def _check_rigid(T_camera_points: NDArray[np.float64]) -> NDArray[np.float64]:

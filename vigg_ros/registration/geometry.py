@@ -63,6 +63,8 @@ class ProjectedScan:
     """(N, 3), metres, all finite."""
     T_camera_points: NDArray[np.float64]
     """(4, 4): p_camera = T_camera_points @ p_points."""
+    times_s: NDArray[np.float64] | None = None
+    """(N,) when each point was measured, from the stamp on, if known."""
 
     def points(self) -> NDArray[np.float32]:
         """All points (N, 3), those outside the image too."""

@@ -149,6 +149,7 @@ class InputConfig:
         "raw although it does",
         choices=("auto", "assume_rectified", "undistort"),
     )
+    deskew: bool = option(True, "off where scans with times for each point are corrected for motion already")
     depth_scale_m: float = option(
         0.0, "metres per depth unit; 0 means 0.001 for 16-bit and 1 for float images", unit="m", low=0.0, high=10.0
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The replay itself: observations in, one record for each colour image out."""
+"""The replay itself: observations in, one record for each frame out."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from vigg_ros.registration.config import Config
 from vigg_ros.replay.record import FrameRecord
 from vigg_ros.replay.source import RefusedMessage
 from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal
+from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.observation import Observation, StampedPose
 from vigg_ros.tracking.registrar import Attempt, Estimate, Registrar
 
@@ -21,8 +22,11 @@ Watcher = Callable[[Estimate, Attempt], None]
 class Replay:
     """Feeds a recording to the same assembler and Registrar that the node uses; every frame is processed."""
 
-    def __init__(self, config: Config, watcher: Watcher | None = None) -> None:
-        self._assembler = FrameAssembler(config.pairing)
+    def __init__(
+        self, config: Config, watcher: Watcher | None = None, *, extrinsics: Lookup | None = None
+    ) -> None:
+        self._leader = "image" if extrinsics is None else "points"
+        self._assembler = FrameAssembler(config.pairing, extrinsics)
         self._registrar = Registrar(config)
         self._watcher = watcher
         self.truth: list[StampedPose] = []
@@ -30,10 +34,10 @@ class Replay:
         self.refused: Counter[str] = Counter()
 
     def run(self, source: Iterable[Observation | RefusedMessage]) -> Iterator[FrameRecord]:
-        """A record for each colour image, in the order in which they are processed."""
+        """A record for each leading message (see ``FrameAssembler``), in the order in which they are processed."""
         for item in source:
             if isinstance(item, RefusedMessage):
-                if item.role == "image":
+                if item.role == self._leader:
                     yield FrameRecord.of_refusal(item.stamp_ns, self._registrar.session, item.code, item.message)
             elif isinstance(item, StampedPose):
                 self.truth.append(item)

@@ -13,8 +13,10 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.messages.header import stamp_ns
 from vigg_ros.messages.inputs import InputDecoder, Role
+from vigg_ros.messages.stamped_pose import decode_transform
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import InputConfig
+from vigg_ros.tracking.extrinsics import StaticTree
 from vigg_ros.tracking.observation import Observation
 
 
@@ -59,6 +61,8 @@ def _roles(choice: TopicChoice) -> dict[str, Role]:
     roles: dict[str, Role] = {choice.image.name: "image", choice.camera_info.name: "camera_info"}
     if choice.depth is not None:
         roles[choice.depth.name] = "depth"
+    if choice.points is not None:
+        roles[choice.points.name] = "points"
     if choice.ground_truth is not None:
         roles[choice.ground_truth.name] = "ground_truth"
     return roles
@@ -69,3 +73,18 @@ def _stamp_of(message: Any) -> int:
         return stamp_ns(message.header.stamp)
     except (AttributeError, DataError):
         return 0
+
+
+def read_extrinsics(reader: BagReader, choice: TopicChoice) -> StaticTree | None:
+    """The bag's static transforms; None if it has none. Those that are broken are left out."""
+    if choice.tf_static is None:
+        return None
+    tree = StaticTree()
+    for item in reader.messages([choice.tf_static.name]):
+        for transform in getattr(item.message, "transforms", ()):
+            try:
+                link = decode_transform(transform)
+            except DataError:
+                continue
+            tree.add(link.frame_id, link.child_frame_id, link.T_frame_child)
+    return tree

@@ -8,10 +8,11 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Union
 
-from vigg_ros.registration.options import PairingConfig
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
-from vigg_ros.tracking.observation import Calibration, ColourImage, DepthImage, Observation
+from vigg_ros.registration.options import PairingConfig
+from vigg_ros.tracking.extrinsics import Lookup
+from vigg_ros.tracking.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
 from vigg_ros.tracking.pairing import Pair, Pairing, Unpaired
 
 
@@ -21,14 +22,14 @@ class SyncedFrame:
 
     frame: Frame
     frame_id: str
-    """The sensor's coordinate frame, in which results are given."""
+    """The coordinate frame of the results: the camera's with depth images, the scan's with points."""
     session: int
     """Grows when tracking must start again: the clock jumped back, or the camera changed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """An input that did not become a frame. Every colour image becomes one or the other."""
+    """An input that did not become a frame. Every leading message becomes one or the other."""
 
     stamp_ns: int
     code: str
@@ -37,19 +38,24 @@ class Refusal:
 
 
 Assembled = Union[SyncedFrame, Refusal]
-_Outcome = Union[Pair[ColourImage, DepthImage], Unpaired[ColourImage]]
+Leader = Union[ColourImage, PointCloud]
+Follower = Union[DepthImage, ColourImage]
+_Outcome = Union[Pair[Leader, Follower], Unpaired[Leader]]
 
 
 class FrameAssembler:
     """Feeds on observations in any order of topics, gives frames in order of their stamps.
 
-    The latest calibration holds for what follows; images wait for the first one.
+    One topic leads: each of its messages becomes a frame or a refusal, at its stamp. With depth images the
+    colour image leads; with ``extrinsics``, which say where the points are in the camera's frame, the scan
+    does. The latest calibration holds for what follows; frames wait for the first one.
     """
 
-    def __init__(self, config: PairingConfig) -> None:
-        self._pairing: Pairing[ColourImage, DepthImage] = Pairing(round(config.sync_slop_s * 1e9), config.queue_size)
+    def __init__(self, config: PairingConfig, extrinsics: Lookup | None = None) -> None:
+        self._pairing: Pairing[Leader, Follower] = Pairing(round(config.sync_slop_s * 1e9), config.queue_size)
         self._waiting: deque[_Outcome] = deque()
         self._queue_size = config.queue_size
+        self._extrinsics = extrinsics
         self._calibration: Calibration | None = None
         self._changes = 0
         self._session = (0, 0)
@@ -59,9 +65,9 @@ class FrameAssembler:
         try:
             if isinstance(observation, Calibration):
                 self._calibrate(observation)
-            elif isinstance(observation, ColourImage):
-                self._waiting.extend(self._pairing.add_first(observation.stamp_ns, observation))
-            elif isinstance(observation, DepthImage):
+            elif self._leads(observation):
+                self._waiting.extend(self._pairing.add_first(observation.stamp_ns, observation))  # type: ignore[arg-type]
+            elif isinstance(observation, (ColourImage, DepthImage)):
                 self._waiting.extend(self._pairing.add_second(observation.stamp_ns, observation))
         except DataError as error:
             return [Refusal(observation.stamp_ns, error.code, str(error), self._number())]
@@ -71,6 +77,9 @@ class FrameAssembler:
         """What is left at the end of a recording."""
         self._waiting.extend(self._pairing.flush())
         return self._release(at_end=True)
+
+    def _leads(self, observation: Observation) -> bool:
+        return isinstance(observation, ColourImage if self._extrinsics is None else PointCloud)
 
     def _calibrate(self, calibration: Calibration) -> None:
         old = self._calibration
@@ -89,29 +98,39 @@ class FrameAssembler:
 
     def _assemble(self, outcome: _Outcome) -> Assembled:
         self._session = max(self._session, (outcome.loop, self._changes))
-        colour = outcome.first
+        leader = outcome.first
         if isinstance(outcome, Unpaired):
-            message = "no depth image has a stamp within sync_slop_s of this image, and no nearer image of its own"
-            return Refusal(colour.stamp_ns, "UNPAIRED", message, self._number())
+            message = f"no {self._partner()} has a stamp within sync_slop_s, nearer to this one than to its neighbours"
+            return Refusal(leader.stamp_ns, "UNPAIRED", message, self._number())
         try:
-            frame = build_frame(colour, outcome.second, self._calibration)
+            frame = self._build(leader, outcome.second)
         except DataError as error:
-            return Refusal(colour.stamp_ns, error.code, str(error), self._number())
-        return SyncedFrame(frame, colour.frame_id, self._number())
+            return Refusal(leader.stamp_ns, error.code, str(error), self._number())
+        return SyncedFrame(frame, leader.frame_id, self._number())
+
+    def _build(self, leader: Leader, follower: Follower) -> Frame:
+        if self._calibration is None:
+            raise DataError(
+                "NO_CALIBRATION",
+                found="images without a CameraInfo",
+                expected="a CameraInfo message of the colour camera",
+                remedy="publish it, or name its topic",
+            )
+        if isinstance(leader, PointCloud):
+            assert isinstance(follower, ColourImage), "scans are paired with images"
+            return scan_frame(leader, follower, self._calibration, self._extrinsics)
+        assert isinstance(follower, DepthImage), "images are paired with depth"
+        return depth_frame(leader, follower, self._calibration)
+
+    def _partner(self) -> str:
+        return "depth image" if self._extrinsics is None else "colour image"
 
     def _number(self) -> int:
         return sum(self._session)
 
 
-def build_frame(colour: ColourImage, depth: DepthImage, calibration: Calibration | None) -> Frame:
+def depth_frame(colour: ColourImage, depth: DepthImage, calibration: Calibration) -> Frame:
     """The rectified frame of a colour and an aligned depth image, at the image's stamp. Raises DataError."""
-    if calibration is None:
-        raise DataError(
-            "NO_CALIBRATION",
-            found="images without a CameraInfo",
-            expected="a CameraInfo message of the colour camera",
-            remedy="publish it, or name its topic",
-        )
     if depth.depth_m.shape != colour.image.shape[:2]:
         raise DataError(
             "DEPTH_SIZE",
@@ -124,3 +143,21 @@ def build_frame(colour: ColourImage, depth: DepthImage, calibration: Calibration
     if calibration.rectifier is not None:
         image, depth_m = calibration.rectifier.image(image), calibration.rectifier.depth(depth_m)
     return Frame.from_depth(image, depth_m, calibration.camera, stamp_ns=colour.stamp_ns)
+
+
+def scan_frame(scan: PointCloud, colour: ColourImage, calibration: Calibration, extrinsics: Lookup | None) -> Frame:
+    """The frame of a scan and a rectified image, at the scan's stamp, in the scan's frame. Raises DataError."""
+    camera_frame = colour.frame_id or calibration.frame_id
+    T_camera_points = None if extrinsics is None else extrinsics(camera_frame, scan.frame_id)
+    if T_camera_points is None:
+        raise DataError(
+            "NO_TF",
+            found=f"no transform from {scan.frame_id!r} to {camera_frame!r}",
+            expected="a chain of static transforms between scanner and camera",
+            remedy="publish it on /tf_static, or give the extrinsics as a parameter",
+        )
+    calibration = calibration.fitted_to(colour.image.shape)
+    image = colour.image if calibration.rectifier is None else calibration.rectifier.image(colour.image)
+    return Frame.from_points(
+        image, scan.points, calibration.camera, T_camera_points, stamp_ns=scan.stamp_ns, times_s=scan.times_s
+    )

@@ -18,6 +18,7 @@ from vigg_ros.registration.stages import record_stages
 from vigg_ros.registration.verification import find_lack
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.deskew import deskew, velocity
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
 
 
@@ -101,6 +102,7 @@ class Registrar:
         """Forget everything; the next usable frame defines a new odometry frame."""
         self._keyframes = KeyframeBuffer(self._config.keyframes)
         self._last: Tracked | None = None
+        self._velocity = np.zeros(6)
         self._attempt: Attempt | None = None
         self._frames_lost = 0
         self._session = self._session if session is None else session
@@ -110,6 +112,8 @@ class Registrar:
         if session is not None and session != self._session:
             self.reset(session)
         with record_stages() as timings_ms:
+            if self._config.input.deskew:
+                frame = deskew(frame, self._velocity)
             features = extract(frame, self._config)
             if self._keyframes.reference is None:
                 self._attempt = Attempt(frame, features, None)
@@ -121,7 +125,9 @@ class Registrar:
             return self._estimate(frame, State.LOST, keyframe, outcome, timings_ms)
         self._frames_lost = 0
         relative = UncertainPose(outcome.T_target_source, outcome.covariance)
-        self._last = Tracked(frame, features, keyframe.pose.compose(relative))
+        pose = keyframe.pose.compose(relative)
+        self._velocity = self._velocity_to(pose, frame.stamp_ns)
+        self._last = Tracked(frame, features, pose)
         new_keyframe = is_far(outcome, self._config.keyframes)
         if new_keyframe:
             self._keyframes.add(frame, features, self._last.pose)
@@ -148,6 +154,12 @@ class Registrar:
                 self._keyframes.make_reference(keyframe)
                 return State.RELOCALISED, keyframe, outcome
         return State.LOST, reference, rejection
+
+    def _velocity_to(self, pose: UncertainPose, stamp_ns: int) -> NDArray[np.float64]:
+        if self._last is None:
+            return np.zeros(6)
+        before = self._last
+        return velocity(before.pose.T_parent_child, pose.T_parent_child, stamp_ns - before.frame.stamp_ns)
 
     def _position(self) -> NDArray[np.float64]:
         return np.zeros(3) if self._last is None else self._last.pose.T_parent_child[:3, 3]
