@@ -15,6 +15,10 @@ COLLINEAR_RATIO = 1e-4
 It is a ratio of variances: a set 1 m long is refused when it is thinner than 1 cm.
 """
 
+SPOT_M2 = 1e-12
+ROUNDING = 1e-13
+"""Second moments of points on one spot: of a micrometre, or of some hundred roundings of the extent squared."""
+
 
 def transform(T_target_source: NDArray[np.float64], points: NDArray[np.floating]) -> NDArray[np.float64]:
     """Points (N, 3) of the source frame in the target frame."""
@@ -64,5 +68,7 @@ def weighted_svd(
     moved = (T[..., :3, :3] @ (mean_y + centre_source)[..., None])[..., 0]
     T[..., :3, 3] = mean_x + centre_target - moved
     T[..., 3, 3] = 1.0
-    determined = (singular[..., 1] > COLLINEAR_RATIO * singular[..., 0]) & (singular[..., 0] > 0) & (total > 0)
+    # Moments about the common middle cancel to rounding, not to zero, where all weight is on one spot.
+    spot = max(SPOT_M2, ROUNDING * float(np.abs(x).max()) * float(np.abs(y).max()))
+    determined = (singular[..., 1] > COLLINEAR_RATIO * singular[..., 0]) & (singular[..., 0] > spot) & (total > 0)
     return T, determined & (np.count_nonzero(weight, axis=-1) >= 3)
