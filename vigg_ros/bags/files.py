@@ -84,7 +84,10 @@ class StorageFile:
 
     def _open(self) -> Storage:
         try:
-            return IndexedFile(self._path)
+            indexed = IndexedFile(self._path)
+            if indexed.stray:
+                self._ledger.damage(f"{self._path.name}: {indexed.stray} messages belong to no topic")
+            return indexed
         except Exception as error:  # as above
             fallback = self._open_fallback()
             words = in_one_line(error)

@@ -62,6 +62,8 @@ class IndexedFile:
         self._channels = {connection.id: _channel(connection) for connection in self._reader.connections}
         self.channels = tuple(dict.fromkeys(self._channels.values()))
         self.counts = self._count()
+        self.stray = max(0, self._reader.message_count - self.counts.total())
+        """Messages that the file counts, but that belong to none of its topics."""
 
     def _count(self) -> Counter[tuple[str, str]]:
         counts: Counter[tuple[str, str]] = Counter()

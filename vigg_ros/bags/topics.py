@@ -29,6 +29,16 @@ class TopicError(BagError):
     """The topics to use are missing or not clear: the user has to say which (a usage error)."""
 
 
+class AmbiguousTopicError(TopicError):
+    """Several topics could be meant; ``option`` is the field of TopicRequest that decides, ``names`` are its values."""
+
+    def __init__(self, option: str, names: Sequence[str], meant: str) -> None:
+        flag = f"--{option.replace('_', '-')}-topic"
+        super().__init__(f"several topics could be {meant}: {', '.join(names)}; choose one with {flag}")
+        self.option = option
+        self.names = tuple(names)
+
+
 @dataclass(frozen=True, slots=True)
 class TopicRequest:
     """Topics given by name; None where one is to be found."""
@@ -151,13 +161,11 @@ def _best_combination(candidates: _Candidates) -> tuple[Topic, Topic, Topic]:
     scores = [_score(*combination, candidates.depth_namespaces) for combination in combinations]
     highest = max(scores)
     best = [one for one, score in zip(combinations, scores, strict=True) if score == highest]
-    options = ("image", "camera-info", candidates.geometry_option)
+    options = ("image", "camera_info", candidates.geometry_option)
     for option, members in zip(options, zip(*best, strict=True), strict=True):
         names = sorted({topic.name for topic in members})
         if len(names) > 1:
-            raise TopicError(
-                f"several topics could be meant: {', '.join(names)}; choose one with --{option}-topic"
-            )
+            raise AmbiguousTopicError(option, names, "meant")
     return best[0]
 
 
@@ -199,8 +207,7 @@ def _find_truth(topics: Sequence[Topic], name: str | None) -> tuple[Topic | None
     poses = [topic for topic in topics if topic.type in GROUND_TRUTH_TYPES and topic.count]
     called = [topic for topic in poses if _TRUTH.search(topic.name)]
     if len(called) > 1:
-        names = ", ".join(topic.name for topic in called)
-        raise TopicError(f"several topics could be the truth: {names}; choose one with --ground-truth-topic")
+        raise AmbiguousTopicError("ground_truth", [topic.name for topic in called], "the truth")
     if called:
         return called[0], ()
     names = ", ".join(topic.name for topic in poses)

@@ -22,7 +22,6 @@ from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_m
 from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.replay.truth import measure, truth_frame_note
 from vigg_ros.replay.gallery import Gallery
 from vigg_ros.replay.outputs import write_frames, write_json, write_trajectory
 from vigg_ros.replay.record import FrameRecord, Recording
@@ -31,6 +30,7 @@ from vigg_ros.replay.report import write_report
 from vigg_ros.replay.result_bag import write_result_bag
 from vigg_ros.replay.source import BagSource, read_extrinsics
 from vigg_ros.replay.summary import summary_table
+from vigg_ros.replay.truth import measure, truth_frame_note
 from vigg_ros.tracking.extrinsics import Lookup, fixed
 from vigg_ros.tracking.observation import StampedPose
 

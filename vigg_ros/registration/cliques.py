@@ -110,7 +110,7 @@ def differ(T_a: NDArray[np.float64], T_b: NDArray[np.float64], threshold_m: floa
 
 def _lengths(points: NDArray[np.float64]) -> NDArray[np.float32]:
     """Distances (M, M) between all pairs of points."""
-    return np.linalg.norm(points[:, None] - points[None], axis=2).astype(np.float32)
+    return np.asarray(np.linalg.norm(points[:, None] - points[None], axis=2), np.float32)
 
 
 def _fit_cliques(matches: Matches, config: CliqueConfig) -> NDArray[np.float64]:
@@ -120,4 +120,4 @@ def _fit_cliques(matches: Matches, config: CliqueConfig) -> NDArray[np.float64]:
     weight = compatibility(matches, config.inlier_threshold_m, config.score_threshold)
     members = find_cliques(weight)
     T_target_source, determined = weighted_svd(matches.target, matches.source, members.astype(np.float64))
-    return T_target_source[determined]
+    return np.asarray(T_target_source[determined])

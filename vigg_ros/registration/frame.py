@@ -136,7 +136,7 @@ def _check_points(points: NDArray[np.floating]) -> NDArray[np.bool_]:
             expected="floating-point metres of shape (N, 3)",
             remedy="pass x, y and z only",
         )
-    return np.isfinite(points).all(axis=1)
+    return np.asarray(np.isfinite(points).all(axis=1))
 
 
 def _check_rigid(T_camera_points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -69,7 +69,7 @@ class Landmarks:
 def voxel_downsample(points: NDArray[np.floating], voxel_size_m: float) -> NDArray[np.float32]:
     """The mean (V, 3) of the points (N, 3) in each occupied voxel; points beyond 2^20 voxels are dropped."""
     inside = (np.abs(points) < voxel_size_m * HALF_RANGE).all(axis=1)
-    return voxel_means(np.ascontiguousarray(points[inside], np.float32), voxel_size_m)
+    return np.asarray(voxel_means(np.ascontiguousarray(points[inside], np.float32), voxel_size_m))
 
 
 def estimate_normals(points: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
@@ -157,7 +157,7 @@ def salient(features: NDArray[np.float32]) -> NDArray[np.int64]:
 def _nearest_features(
     target: NDArray[np.float32], source: NDArray[np.float32]
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.int64]]:
-    """Nearest target of each source with its cosine, and nearest source of each target, in blocks that stay in cache."""
+    """Nearest target of each source with its cosine, and nearest source of each target."""
     forward, cosine = np.empty(len(source), np.int64), np.empty(len(source), np.float32)
     backward, best = np.zeros(len(target), np.int64), np.full(len(target), -np.inf, np.float32)
     for start in range(0, len(source), BLOCK):

@@ -71,7 +71,9 @@ class SurfaceAligner:
     def __init__(self, target: Surface, voxel_size_m: float) -> None:
         self._voxel_m = voxel_size_m
         self._target = target
-        self._indices = {radius: CellIndex.build(target.points, radius * voxel_size_m) for radius in (WIDE_VOXELS, NARROW_VOXELS)}
+        self._indices = {
+            radius: CellIndex.build(target.points, radius * voxel_size_m) for radius in (WIDE_VOXELS, NARROW_VOXELS)
+        }
 
     def residuals(self, source: Surface, T_target_source: NDArray[np.float64], radius_voxels: float) -> _Residuals:
         """Distances between the nearest surfaces along the mean of their normals."""
@@ -111,7 +113,8 @@ class SurfaceAligner:
 
     def _patches(self, points: NDArray[np.float32]) -> NDArray[np.int64]:
         cells = np.floor(points / (BLOCK_VOXELS * self._voxel_m)).astype(np.int64)
-        return (cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791)
+        # Primes of Teschner 2003: different patches rarely get the same number.
+        return np.asarray((cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791))
 
 
 def _jacobian(

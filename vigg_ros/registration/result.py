@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,4 +85,4 @@ class Rejection:
     evidence: Evidence
 
 
-Outcome = Union[Registration, Rejection]
+Outcome = Registration | Rejection

@@ -97,7 +97,7 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     candidates: list[Candidate] = []
     if not len(few):
         return candidates
-    for T_target_source, score in zip(few.T_target_source, few.score):
+    for T_target_source, score in zip(few.T_target_source, few.score, strict=True):
         # Lesser hypotheses cannot rival a good answer; they are followed only while there is none.
         if score < RIVAL_MATCHES * few.score[0] and any(is_supported(c, config) for c in candidates):
             break

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +74,9 @@ MAX_DEPTH_IN_CELL = 0.2
 """A cell whose ranges spread over more than this share shows an edge, not a surface."""
 
 
-def _directions(points: NDArray[np.floating]) -> tuple[tuple[NDArray[np.intp], NDArray[np.intp]], NDArray[np.floating]]:
+def _directions(
+    points: NDArray[np.floating],
+) -> tuple[tuple[NDArray[np.intp], NDArray[np.intp]], NDArray[np.floating]]:
     """Cells (rows of elevation, columns of azimuth) and ranges (N,) of points (N, 3)."""
     x, y, z = points.T
     distance_m = np.sqrt(x * x + y * y + z * z)
@@ -86,7 +87,7 @@ def _directions(points: NDArray[np.floating]) -> tuple[tuple[NDArray[np.intp], N
     return (np.minimum(elevation, columns // 2 - 1), azimuth), distance_m
 
 
-View = Union[DepthView, ScanView]
+View = DepthView | ScanView
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,5 +118,5 @@ def agreement(behind_m: NDArray[np.float64], tolerance_m: NDArray[np.float64]) -
     if len(behind_m) == 0:
         return Agreement(0.0, 0.0, 0.0)
     with np.errstate(invalid="ignore"):
-        shares = [np.mean(m) for m in (np.abs(behind_m) <= tolerance_m, behind_m < -tolerance_m, behind_m > tolerance_m)]
-    return Agreement(*map(float, shares))
+        on_it, in_front, hidden = np.abs(behind_m) <= tolerance_m, behind_m < -tolerance_m, behind_m > tolerance_m
+    return Agreement(float(np.mean(on_it)), float(np.mean(in_front)), float(np.mean(hidden)))

@@ -70,7 +70,7 @@ def detect(frame: Frame, config: VisualConfig) -> Keypoints:
     grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
     pixels, descriptors = DETECTORS[config.detector](np.ascontiguousarray(grey), config.max_keypoints)
     points = frame.points_at(pixels)
-    return Keypoints(pixels, points, descriptors).select(np.isfinite(points).all(axis=1))
+    return Keypoints(pixels, points, descriptors).select(np.flatnonzero(np.isfinite(points).all(axis=1)))
 
 
 @stage("visual matches")

@@ -25,8 +25,8 @@ TARGET_BGR, SOURCE_BGR = (178, 114, 0), (0, 94, 213)
 MAX_LINES = 60
 """More lines than this are a curtain."""
 
-_PAPER, _INK, _REFUSED_BGR = 250, (70, 70, 70), (150, 150, 150)
-_GAP_PX = 6
+_PAPER, _INK, _REFUSED_BGR = 250, (70, 70, 70), (190, 190, 190)
+_GAP_PX, _GAP_GREY = 6, 160
 
 
 def draw_matches(
@@ -102,7 +102,7 @@ def draw_aligned(
 def beside(left: Picture, right: Picture) -> Picture:
     """Two pictures side by side, at the top of a common height."""
     height = max(left.shape[0], right.shape[0])
-    canvas = np.full((height, left.shape[1] + _GAP_PX + right.shape[1], 3), 255, np.uint8)
+    canvas = np.full((height, left.shape[1] + _GAP_PX + right.shape[1], 3), _GAP_GREY, np.uint8)
     canvas[: left.shape[0], : left.shape[1]] = left
     canvas[: right.shape[0], left.shape[1] + _GAP_PX :] = right
     return canvas

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.result import Evidence, Rejection
+from vigg_ros.registration.result import Evidence, Registration, Rejection
 from vigg_ros.tracking.observation import StampedPose
 from vigg_ros.tracking.registrar import Estimate
 
@@ -46,6 +46,7 @@ class FrameRecord:
         """The record of a frame that was given to the Registrar."""
         outcome = estimate.outcome
         rejected = outcome if isinstance(outcome, Rejection) else None
+        answer = outcome if isinstance(outcome, Registration) else None
         return cls(
             stamp_ns=estimate.stamp_ns,
             session=estimate.session,
@@ -56,7 +57,7 @@ class FrameRecord:
             new_keyframe=estimate.new_keyframe,
             T_odom_frame=estimate.T_odom_frame,
             covariance=estimate.covariance,
-            T_keyframe_frame=None if outcome is None or rejected is not None else outcome.T_target_source,
+            T_keyframe_frame=None if answer is None else answer.T_target_source,
             evidence=None if outcome is None else outcome.evidence,
             timings_ms=estimate.timings_ms,
         )

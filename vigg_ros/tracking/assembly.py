@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Union
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
@@ -37,10 +36,10 @@ class Refusal:
     session: int
 
 
-Assembled = Union[SyncedFrame, Refusal]
-Leader = Union[ColourImage, PointCloud]
-Follower = Union[DepthImage, ColourImage]
-_Outcome = Union[Pair[Leader, Follower], Unpaired[Leader]]
+Assembled = SyncedFrame | Refusal
+Leader = ColourImage | PointCloud
+Follower = DepthImage | ColourImage
+_Outcome = Pair[Leader, Follower] | Unpaired[Leader]
 
 
 class FrameAssembler:

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.options import KeyframeConfig
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.options import KeyframeConfig
 from vigg_ros.registration.result import Registration
 from vigg_ros.registration.rigid import angle_rad
 from vigg_ros.tracking.chain import UncertainPose

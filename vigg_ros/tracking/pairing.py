@@ -156,7 +156,7 @@ class Pairing(Generic[_A, _B]):
 
     def _forget(self, first: _Side, second: _Side) -> None:
         """Drop what can no longer be anybody's nearest within the slop, and what overflows the queue."""
-        waiting = next((s for s, settled in zip(first.stamps, first.settled) if not settled), None)
+        waiting = next((s for s, settled in zip(first.stamps, first.settled, strict=True) if not settled), None)
         edges = [s for s in (waiting, first.stamps[-1] if first.stamps else None) if s is not None]
         if edges:
             second.drop_before(bisect_left(second.stamps, min(edges) - 2 * self._slop_ns))

@@ -41,7 +41,7 @@ class CellIndex:
         cells = np.floor((points - origin) / cell_size_m).astype(np.int64) + 1
         shape = cells.max(axis=0) + 2
         if shape.max() > MAX_CELLS_PER_AXIS:
-            raise ValueError(f"points span {shape.max()} cells on one axis, at most {MAX_CELLS_PER_AXIS} can be indexed")
+            raise ValueError(f"points span {shape.max()} cells on one axis, expected {MAX_CELLS_PER_AXIS} at most")
         key = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
         order = np.argsort(key, kind="stable")
         keys, first = np.unique(key[order], return_index=True)
@@ -51,7 +51,7 @@ class CellIndex:
     def runs_at(self, points: NDArray[np.floating]) -> NDArray[np.int64]:
         """Runs (M, 9, 2) around arbitrary points (M, 3); empty runs where no indexed point can be near."""
         cells = np.floor((points - self.origin) / self.cell_size_m) + 1
-        inside = ((cells >= 0) & (cells < self.shape)).all(axis=1)
+        inside = np.all((cells >= 0) & (cells < self.shape), axis=1)
         cells = np.where(inside[:, None], cells, 0).astype(np.int64)
         key = (cells[:, 0] * self.shape[1] + cells[:, 1]) * self.shape[2] + cells[:, 2]
         runs = _runs_of_keys(key, self.keys, self.starts, self.shape)

@@ -26,7 +26,7 @@ def _has(bits, i):  # pragma: no cover - compiled
 
 @numba.njit(cache=True, nogil=True)
 def _is_empty(bits):  # pragma: no cover - compiled
-    for word in bits:
+    for word in bits:  # noqa: SIM110 - numba compiles loops, not generators
         if word != 0:
             return False
     return True

@@ -75,7 +75,12 @@ def normals(points, starts, runs, radius):  # pragma: no cover - compiled
                 continue
             m = 1.0 / k
             nx, ny, nz = _smallest_eigenvector(
-                xx - sx * sx * m, xy - sx * sy * m, xz - sx * sz * m, yy - sy * sy * m, yz - sy * sz * m, zz - sz * sz * m
+                xx - sx * sx * m,
+                xy - sx * sy * m,
+                xz - sx * sz * m,
+                yy - sy * sy * m,
+                yz - sy * sz * m,
+                zz - sz * sz * m,
             )
             side = 1.0 if nx * px + ny * py + nz * pz <= 0 else -1.0
             out[i, 0], out[i, 1], out[i, 2] = side * nx, side * ny, side * nz
