@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -70,7 +69,7 @@ class Config:
             if name not in known:
                 raise ConfigError(_unknown(name, list(known)))
             section, _, key = name.rpartition(".")
-            sections.setdefault(section, {})[key] = _coerce(name, known[name], value)
+            sections.setdefault(section, {})[key] = _coerce(known[name], value)
         top = sections.pop("", {})
         new = {section: dataclasses.replace(getattr(self, section), **keys) for section, keys in sections.items()}
         return dataclasses.replace(self, **new, **top)
@@ -137,22 +136,21 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 def _check(name: str, spec: dataclasses.Field[Any], value: Any) -> None:
-    meta = spec.metadata
+    meta, wanted = spec.metadata, type(spec.default)
+    if type(value) is not wanted and not (wanted is float and type(value) is int):
+        raise ConfigError(f"{name} is {value!r}, expected {wanted.__name__}")
     if meta["choices"] and value not in meta["choices"]:
         raise ConfigError(f"{name} is {value!r}, expected one of {', '.join(meta['choices'])}")
-    if isinstance(value, (bool, str)):
+    if wanted in (bool, str):
         return
-    if not math.isfinite(value) or not meta["low"] <= value <= meta["high"]:
+    if not meta["low"] <= value <= meta["high"]:  # nor does NaN pass
         raise ConfigError(f"{name} is {value}, expected {meta['low']} to {meta['high']} {meta['unit']}".rstrip())
 
 
-def _coerce(name: str, spec: dataclasses.Field[Any], value: Any) -> Any:
-    """An integer is accepted for a real number; nothing else is converted."""
-    wanted = type(spec.default)
-    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+def _coerce(spec: dataclasses.Field[Any], value: Any) -> Any:
+    """An integer is accepted for a real number; nothing else is converted, see ``_check``."""
+    if type(spec.default) is float and type(value) is int and spec.metadata["low"] <= value <= spec.metadata["high"]:
         return float(value)
-    if type(value) is not wanted:
-        raise ConfigError(f"{name} is {value!r}, expected {wanted.__name__}")
     return value
 
 
