@@ -116,9 +116,7 @@ def _declared(entries, topics, definitions):
 def write_ros1_bag(path: Path, entries: Iterable[Entry], *, compress: bool = False) -> Path:
     """A ROS 1 .bag of the same messages."""
     store = get_typestore(Stores.ROS1_NOETIC)
-    store.register(
-        get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage")
-    )
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))
     writer = rosbag1.Writer(path)
     if compress:
         writer.set_compression(rosbag1.Writer.CompressionFormat.LZ4)
@@ -147,9 +145,7 @@ def write_split_bag(path: Path, entries: list[Entry], *, storage: str = "mcap", 
     for other in others:
         merged["relative_file_paths"] += other["relative_file_paths"]
         merged["message_count"] += other["message_count"]
-        for mine, theirs in zip(
-            merged["topics_with_message_count"], other["topics_with_message_count"], strict=True
-        ):
+        for mine, theirs in zip(merged["topics_with_message_count"], other["topics_with_message_count"], strict=True):
             mine["message_count"] += theirs["message_count"]
     (path / "metadata.yaml").write_text(yaml.safe_dump(documents[0]))
     return path

@@ -137,8 +137,7 @@ def kitti_raw(folder: Path, frames: int = 3) -> Path:
         rows = (f"2011-09-26 13:02:{25 + k}.{fraction}\n" for k in range(frames))
         (drive / sensor / "timestamps.txt").write_text("".join(rows))
     (drive.parent / "calib_cam_to_cam.txt").write_text(
-        "calib_time: 09-Jan-2012 13:57:47\nS_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\n"
-        f"P_rect_02: {KITTI_P2}\n"
+        f"calib_time: 09-Jan-2012 13:57:47\nS_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: {KITTI_P2}\n"
     )
     (drive.parent / "calib_velo_to_cam.txt").write_text("R: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n")
     (drive.parent / "calib_imu_to_velo.txt").write_text("R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n")

@@ -114,9 +114,7 @@ def test_a_broken_ros1_message_is_skipped_and_counted(tmp_path: Path, monkeypatc
     entries = rgbd_entries()
     original = STORE.cdr_to_ros1
     cut = entries[8].data
-    monkeypatch.setattr(
-        STORE, "cdr_to_ros1", lambda data, name: original(data, name)[: -20 if data is cut else None]
-    )
+    monkeypatch.setattr(STORE, "cdr_to_ros1", lambda data, name: original(data, name)[: -20 if data is cut else None])
     with BagReader(write_ros1_bag(tmp_path / "old.bag", entries)) as reader:
         assert len(list(reader.messages([COLOUR]))) == FRAMES - 1
         assert [(loss.topic, loss.count) for loss in reader.losses] == [(COLOUR, 1)]
@@ -129,10 +127,7 @@ def test_a_broken_ros1_message_is_skipped_and_counted(tmp_path: Path, monkeypatc
     ["", "no definition at all {{{", "float64[", "unknown/Type x", "uint8 a\nuint8 a", "\0" * 50],
 )
 def test_a_broken_definition_of_another_type_refuses_nothing(definition, storage, tmp_path: Path) -> None:
-    strange = [
-        Entry("/strange", "my_msgs/msg/Strange", START_NS + k, b"\x00\x01\x00\x00" + bytes(8))
-        for k in range(3)
-    ]
+    strange = [Entry("/strange", "my_msgs/msg/Strange", START_NS + k, b"\x00\x01\x00\x00" + bytes(8)) for k in range(3)]
     definitions = {"my_msgs/msg/Strange": definition or "\n"}
     bag = write_bag(tmp_path / "bag", [*rgbd_entries(), *strange], storage=storage, definitions=definitions)
     with BagReader(bag) as reader:

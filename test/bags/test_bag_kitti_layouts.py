@@ -115,9 +115,7 @@ def test_a_raw_drive(tmp_path: Path) -> None:
     # Results are in the frame of the scan, so its stamp is the frame's.
     assert [frame.stamp_ns for frame in frames] == [file.stamp_ns for file in dataset.scans]
     # One metre a frame to the east; the IMU looks east (yaw 0), and the Velodyne with it.
-    np.testing.assert_allclose(
-        [f.T_world_sensor[:3, 3] for f in frames], [[0, 0, 0], [1, 0, 0], [2, 0, 0]], atol=1e-9
-    )
+    np.testing.assert_allclose([f.T_world_sensor[:3, 3] for f in frames], [[0, 0, 0], [1, 0, 0], [2, 0, 0]], atol=1e-9)
 
 
 def test_a_raw_drive_turns_about_the_imu(tmp_path: Path) -> None:

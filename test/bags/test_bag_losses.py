@@ -185,3 +185,14 @@ def test_losses_of_two_readings_are_not_added(tmp_path: Path) -> None:
         first, second = ((list(reader.messages()), reader.losses)[1] for _ in range(2))
     assert first == second
     assert [loss.count for loss in first if loss.topic == COLOUR] == [4]
+
+
+@FLIP_ROW
+def test_messages_of_no_topic_are_told_even_without_metadata(tmp_path: Path) -> None:
+    file = storage_file(write_bag(tmp_path / "bag", rgbd_entries(), storage="sqlite3"))
+    database = sqlite3.connect(file)
+    database.execute("UPDATE messages SET topic_id = 99 WHERE id IN (3, 4)")
+    database.commit()
+    database.close()
+    _, reader = read(file)
+    assert [loss.reason for loss in reader.losses] == ["bag.db3: 2 messages belong to no topic"]

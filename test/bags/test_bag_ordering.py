@@ -57,12 +57,10 @@ LOG_TIMES = {
     "all the same": lambda entries: [relabelled(one, log_ns=START_NS) for one in entries],
     "all 0": lambda entries: [relabelled(one, log_ns=0) for one in entries],
     "clock steps back in the middle": lambda entries: [
-        relabelled(one, log_ns=one.log_ns - (10 * S if place > 20 else 0))
-        for place, one in enumerate(entries)
+        relabelled(one, log_ns=one.log_ns - (10 * S if place > 20 else 0)) for place, one in enumerate(entries)
     ],
     "topic after topic": lambda entries: [
-        relabelled(one, log_ns=START_NS + place)
-        for place, one in enumerate(sorted(entries, key=lambda one: one.topic))
+        relabelled(one, log_ns=START_NS + place) for place, one in enumerate(sorted(entries, key=lambda one: one.topic))
     ],
 }
 

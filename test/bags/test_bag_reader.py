@@ -32,8 +32,7 @@ from vigg_ros.messages.decode import decode_depth, decode_image
 from vigg_ros.registration.errors import BagError
 
 KINDS_ROW = pytest.mark.hostile(
-    "Bags: mcap and sqlite3 folders, lone .mcap and .db3, zstd by file, message and chunk, ROS 1 .bag, "
-    "split bags A"
+    "Bags: mcap and sqlite3 folders, lone .mcap and .db3, zstd by file, message and chunk, ROS 1 .bag, split bags A"
 )
 
 KINDS = {
@@ -48,12 +47,8 @@ KINDS = {
     "sqlite3 zstd by message": lambda at: write_bag(
         at / "bag", rgbd_entries(), storage="sqlite3", compression="MESSAGE"
     ),
-    "sqlite3 zstd by file": lambda at: write_bag(
-        at / "bag", rgbd_entries(), storage="sqlite3", compression="FILE"
-    ),
-    "lone mcap zstd by message": lambda at: storage_file(
-        write_bag(at / "bag", rgbd_entries(), compression="MESSAGE")
-    ),
+    "sqlite3 zstd by file": lambda at: write_bag(at / "bag", rgbd_entries(), storage="sqlite3", compression="FILE"),
+    "lone mcap zstd by message": lambda at: storage_file(write_bag(at / "bag", rgbd_entries(), compression="MESSAGE")),
     "lone mcap.zstd": lambda at: storage_file(write_bag(at / "bag", rgbd_entries(), compression="FILE")),
     "ROS 1": lambda at: write_ros1_bag(at / "old.bag", rgbd_entries()),
     "ROS 1 lz4": lambda at: write_ros1_bag(at / "old.bag", rgbd_entries(), compress=True),

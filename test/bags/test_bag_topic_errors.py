@@ -10,9 +10,7 @@ from topic_samples import REALSENSE, chosen, topics
 from vigg_ros.bags.topics import TopicError, TopicRequest, choose_topics
 from vigg_ros.registration.errors import BagError
 
-TOPIC_ROW = pytest.mark.hostile(
-    "Bags: topic missing, wrong type or ambiguous: exit 2 with the candidates listed"
-)
+TOPIC_ROW = pytest.mark.hostile("Bags: topic missing, wrong type or ambiguous: exit 2 with the candidates listed")
 
 
 STEREO = topics(
@@ -93,17 +91,13 @@ def test_no_depth_of_either_kind_names_both_options() -> None:
 @pytest.mark.parametrize("option", ["image", "camera_info", "depth", "points", "ground_truth"])
 def test_a_named_topic_that_is_not_there_lists_the_candidates(option: str) -> None:
     held = [*REALSENSE, *topics("pose /mocap/pose")]
-    with pytest.raises(
-        TopicError, match=r"-topic /nowhere is not in the bag; the bag's topics of type .*: /"
-    ):
+    with pytest.raises(TopicError, match=r"-topic /nowhere is not in the bag; the bag's topics of type .*: /"):
         choose_topics(held, TopicRequest(**{option: "/nowhere"}))
 
 
 @TOPIC_ROW
 def test_a_named_topic_of_the_wrong_type_says_which() -> None:
-    with pytest.raises(
-        TopicError, match=r"--depth-topic /camera/imu is of type sensor_msgs/msg/Imu; the bag"
-    ):
+    with pytest.raises(TopicError, match=r"--depth-topic /camera/imu is of type sensor_msgs/msg/Imu; the bag"):
         choose_topics(REALSENSE, TopicRequest(depth="/camera/imu"))
 
 

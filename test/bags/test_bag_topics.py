@@ -13,9 +13,7 @@ from topic_samples import REALSENSE, chosen, topics
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import choose_topics
 
-TOPIC_ROW = pytest.mark.hostile(
-    "Bags: topic missing, wrong type or ambiguous: exit 2 with the candidates listed"
-)
+TOPIC_ROW = pytest.mark.hostile("Bags: topic missing, wrong type or ambiguous: exit 2 with the candidates listed")
 
 
 REALSENSE_TAKEN = {
@@ -88,9 +86,7 @@ def test_points_are_taken_when_they_are_asked_for() -> None:
             ("/rgb/image_raw", "/rgb/camera_info", "/depth_to_rgb/image_raw"),
             id="Azure Kinect",
         ),
-        pytest.param(
-            topics("image /image", "info /info", "image /depth"), ("/image", "/info", "/depth"), id="bare"
-        ),
+        pytest.param(topics("image /image", "info /info", "image /depth"), ("/image", "/info", "/depth"), id="bare"),
         pytest.param(
             topics(
                 "image /front/color/image_raw",
@@ -188,8 +184,6 @@ def test_ground_truth_is_what_is_called_so(poses, truth, noted) -> None:
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_topics_of_a_bag_are_chosen_by_what_it_holds(storage: str, tmp_path: Path) -> None:
-    with BagReader(
-        write_bag(tmp_path / "b", [tf_static_entry(), *rgbd_entries()], storage=storage)
-    ) as reader:
+    with BagReader(write_bag(tmp_path / "b", [tf_static_entry(), *rgbd_entries()], storage=storage)) as reader:
         choice = choose_topics(reader.topics, encodings=reader.encodings())
     assert choice.names == (COLOUR, INFO, DEPTH, TRUTH, "/tf_static")

@@ -45,9 +45,7 @@ def test_any_stamp_of_ros_survives_as_text(stamp_ns: int) -> None:
     assert parse_stamp_ns(f"{seconds}.{nanoseconds:09d}") == stamp_ns
 
 
-@pytest.mark.parametrize(
-    "text", ["", "nan", "inf", "-1", "abc", "1e30", "1e999999999", "1.2.3", "2147483648"]
-)
+@pytest.mark.parametrize("text", ["", "nan", "inf", "-1", "abc", "1e30", "1e999999999", "1.2.3", "2147483648"])
 def test_what_is_no_stamp_is_an_error(text: str) -> None:
     with pytest.raises(ValueError, match=r"no stamp in seconds|seconds that ROS can hold"):
         parse_stamp_ns(text)
@@ -102,9 +100,7 @@ def test_a_reflection_is_no_pose() -> None:
 
 
 def test_tum_rows_keep_the_stamp_as_written(tmp_path: Path) -> None:
-    (tmp_path / "t.txt").write_text(
-        f"# c\n0012.50 3 0 0 {QUARTER_TURN}\n1 0 0 0 0 0 0 0\n2 nan 0 0 0 0 0 1\n"
-    )
+    (tmp_path / "t.txt").write_text(f"# c\n0012.50 3 0 0 {QUARTER_TURN}\n1 0 0 0 0 0 0 0\n2 nan 0 0 0 0 0 1\n")
     (stamp, T), zero, nan = read_tum_poses(tmp_path / "t.txt")
     assert stamp == "0012.50"
     np.testing.assert_allclose(T, pose_at(3.0), atol=1e-15)

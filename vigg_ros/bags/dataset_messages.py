@@ -103,9 +103,7 @@ def _pose(pose: DatasetPose) -> Message:
 
 
 def _static_transform(T_lidar_camera: NDArray[np.float64], stamp_ns: int) -> Message:
-    transform = encode_transform(
-        T_lidar_camera, stamp_ns=stamp_ns, frame_id=LIDAR_FRAME, child_frame_id=CAMERA_FRAME
-    )
+    transform = encode_transform(T_lidar_camera, stamp_ns=stamp_ns, frame_id=LIDAR_FRAME, child_frame_id=CAMERA_FRAME)
     return encode_tf([transform])
 
 

@@ -35,9 +35,7 @@ def open_kitti(folder: Path) -> Dataset:
     poses, note = _read_poses(folder, T_camera0_lidar)
     numbers = [*images, *scans]
     if max(numbers) >= len(stamps):
-        raise BagError(
-            f"{folder} has files up to number {max(numbers)}, but times.txt has {len(stamps)} rows"
-        )
+        raise BagError(f"{folder} has files up to number {max(numbers)}, but times.txt has {len(stamps)} rows")
     return Dataset(
         name=folder.name,
         camera=make_camera(image_size(next(iter(images.values()))), (P[0, 0], P[1, 1], P[0, 2], P[1, 2])),
@@ -110,9 +108,7 @@ def _read_times(path: Path) -> list[int]:
         raise BagError(f"{path}: {error}") from error
 
 
-def _read_poses(
-    folder: Path, T_camera0_lidar: NDArray[np.float64]
-) -> tuple[list[NDArray[np.float64] | None], str]:
+def _read_poses(folder: Path, T_camera0_lidar: NDArray[np.float64]) -> tuple[list[NDArray[np.float64] | None], str]:
     """T_world_lidar of each row, in the Velodyne's first frame, and a note if there are none."""
     candidates = (folder / "poses.txt", folder.parent.parent / "poses" / f"{folder.name}.txt")
     path = next((path for path in candidates if path.is_file()), None)

@@ -34,9 +34,7 @@ def open_kitti_raw(folder: Path) -> Dataset:
     P = take(cameras, "P_rect_02", 12, folder).reshape(3, 4)
     size = image_size(images[0].path)
     if size != tuple(take(cameras, "S_rect_02", 2, folder).astype(int)):
-        raise BagError(
-            f"{folder}: images of {size[0]}x{size[1]} are not the rectified ones; get the _sync drive"
-        )
+        raise BagError(f"{folder}: images of {size[0]}x{size[1]} are not the rectified ones; get the _sync drive")
     R_rect = np.eye(4)
     R_rect[:3, :3] = take(cameras, "R_rect_00", 9, folder).reshape(3, 3)
     T_camera0_lidar = _rotation_translation(folder, "calib_velo_to_cam.txt")
@@ -118,9 +116,7 @@ def _has_position(packet: NDArray[np.float64]) -> bool:
 
 def _imu_poses(packets: list[NDArray[np.float64]], where: Path) -> list[NDArray[np.float64]]:
     """East-north-up poses (4, 4) of packets ``lat lon alt roll pitch yaw ..`` by the kit's Mercator scale."""
-    if any(
-        packet.size < 6 or not np.isfinite(packet[:6]).all() or abs(packet[0]) >= 90 for packet in packets
-    ):
+    if any(packet.size < 6 or not np.isfinite(packet[:6]).all() or abs(packet[0]) >= 90 for packet in packets):
         raise BagError(f"{where}: an oxts packet has no position; expected lat lon alt roll pitch yaw ..")
     scale = math.cos(math.radians(packets[0][0]))
     poses = []

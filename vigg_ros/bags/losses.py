@@ -83,7 +83,5 @@ class Ledger:
             if losses.undecodable:
                 found.append(Loss(topic, losses.undecodable, f"not decodable; first: {losses.first_error}"))
             if losses.missing:
-                found.append(
-                    Loss(topic, losses.missing, f"missing of {losses.promised} that the bag's index promises")
-                )
+                found.append(Loss(topic, losses.missing, f"missing of {losses.promised} that the bag's index promises"))
         return tuple(found)

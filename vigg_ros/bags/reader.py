@@ -120,8 +120,7 @@ class BagReader:
         """Log times and header stamps of these topics (None: all) as recorded, without decoding."""
         chosen = self._choose(topics)
         return tuple(
-            StampEntry(raw.channel.topic, raw.log_ns, header_stamp_ns(raw))
-            for raw in self._in_log_order(chosen)
+            StampEntry(raw.channel.topic, raw.log_ns, header_stamp_ns(raw)) for raw in self._in_log_order(chosen)
         )
 
     def encodings(self) -> dict[str, str]:
@@ -145,9 +144,7 @@ class BagReader:
             folder = Path(self._stack.enter_context(TemporaryDirectory()))
         for path in files.paths:
             try:
-                self._open_file(
-                    unpack_file(path, folder, self._ledger), is_complete=files.promised is not None
-                )
+                self._open_file(unpack_file(path, folder, self._ledger), is_complete=files.promised is not None)
             except BagError as error:
                 if len(files.paths) == 1:
                     raise

@@ -83,9 +83,7 @@ def _numbered(folder: Path, kind: str) -> dict[int, Path]:
 
 
 def _files(paths: Mapping[int, Path]) -> tuple[DatasetFile, ...]:
-    return tuple(
-        DatasetFile(number, stamp_of_number(number, RATE_HZ), path) for number, path in paths.items()
-    )
+    return tuple(DatasetFile(number, stamp_of_number(number, RATE_HZ), path) for number, path in paths.items())
 
 
 def _poses(paths: Mapping[int, Path]) -> tuple[DatasetPose, ...]:

@@ -110,9 +110,7 @@ def choose_topics(
     )
 
 
-def _find_candidates(
-    topics: Sequence[Topic], requested: TopicRequest, encodings: Mapping[str, str]
-) -> _Candidates:
+def _find_candidates(topics: Sequence[Topic], requested: TopicRequest, encodings: Mapping[str, str]) -> _Candidates:
     images = [topic for topic in topics if topic.type in IMAGE_TYPES]
     depths = [topic for topic in images if _is_depth(topic, encodings)]
     colours = [topic for topic in images if topic not in depths]

@@ -21,9 +21,7 @@ DEFAULT_INTRINSICS: Intrinsics = (525.0, 525.0, 319.5, 239.5)
 """The calibration by which the benchmark aligned its depth images, and which it recommends."""
 
 
-def open_tum(
-    folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale: float = DEPTH_SCALE
-) -> Dataset:
+def open_tum(folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale: float = DEPTH_SCALE) -> Dataset:
     """The recording in this folder; nothing is associated, each file keeps its stamp.
 
     Raises BagError when a list is missing or broken.
