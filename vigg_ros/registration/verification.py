@@ -80,11 +80,15 @@ class Candidate:
 def find_lack(target: Features, source: Features) -> tuple[Reason, str] | None:
     """Why one of the frames cannot be registered at all, if so."""
     for name, features in (("target", target), ("source", source)):
-        if len(features.landmarks) < MIN_LANDMARKS:
-            found = f"the {name} has {len(features.landmarks)} surface points with features"
+        keypoints, landmarks = features.keypoints, features.landmarks
+        if keypoints.detected < MIN_KEYPOINTS:
+            found = f"the {name}'s image has {keypoints.detected} keypoints"
+            return Reason.NO_TEXTURE, f"{found}, expected at least {MIN_KEYPOINTS}"
+        if len(landmarks) < MIN_LANDMARKS:
+            found = f"the {name} has {len(landmarks)} surface points with features"
             return Reason.NO_DEPTH, f"{found}, expected at least {MIN_LANDMARKS}"
-        if len(features.keypoints) < MIN_KEYPOINTS:
-            found = f"the {name} has {len(features.keypoints)} keypoints with depth"
+        if len(keypoints) < MIN_KEYPOINTS:
+            found = f"the {name} has {len(keypoints)} keypoints with depth"
             return Reason.NO_TEXTURE, f"{found}, expected at least {MIN_KEYPOINTS}"
     return None
 

@@ -25,6 +25,10 @@ distance. A new detector, learned or not, is one more entry of ``DETECTORS``.
 """
 
 
+ORB_PATCH_PX = 31
+"""Side of the patch that an ORB descriptor covers."""
+
+
 @dataclass(frozen=True, slots=True)
 class Keypoints:
     """K keypoints that see a point."""
@@ -35,13 +39,15 @@ class Keypoints:
     """(K, 3), metres, in the frame of the results."""
     descriptors: NDArray[Any]
     """(K, D) float32 of unit length, or uint8 bit strings."""
+    detected: int
+    """How many keypoints the image has, those that see no point included."""
 
     def __len__(self) -> int:
         return len(self.pixels)
 
     def select(self, rows: NDArray[Any]) -> Keypoints:
         """Some of the keypoints, by mask or index."""
-        return Keypoints(self.pixels[rows], self.points[rows], self.descriptors[rows])
+        return Keypoints(self.pixels[rows], self.points[rows], self.descriptors[rows], self.detected)
 
 
 def detect_sift(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:
@@ -55,7 +61,9 @@ def detect_sift(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np
 
 def detect_orb(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:
     """ORB (Rublee 2011), strongest first, 256-bit descriptors; see ``Detector``."""
-    keypoints, descriptors = cv2.ORB_create(nfeatures=max_keypoints).detectAndCompute(grey, None)
+    keypoints, descriptors = (), None
+    if min(grey.shape) >= ORB_PATCH_PX:  # OpenCV fails on images that vanish in its pyramid
+        keypoints, descriptors = cv2.ORB_create(nfeatures=max_keypoints).detectAndCompute(grey, None)
     if descriptors is None:
         return np.empty((0, 2), np.float32), np.empty((0, 32), np.uint8)
     return cv2.KeyPoint.convert(keypoints), descriptors
@@ -70,7 +78,7 @@ def detect(frame: Frame, config: VisualConfig) -> Keypoints:
     grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
     pixels, descriptors = DETECTORS[config.detector](np.ascontiguousarray(grey), config.max_keypoints)
     points = frame.points_at(pixels)
-    return Keypoints(pixels, points, descriptors).select(np.flatnonzero(np.isfinite(points).all(axis=1)))
+    return Keypoints(pixels, points, descriptors, len(pixels)).select(np.flatnonzero(np.isfinite(points).all(axis=1)))
 
 
 @stage("visual matches")
