@@ -75,6 +75,7 @@ class Pairing(Generic[_A, _B]):
         self._loops: dict[int, tuple[_Side, _Side]] = {0: (_Side(), _Side())}
         self._loop = [0, 0]
         self._last_ns: list[int | None] = [None, None]
+        self._ended_ns: list[int | None] = [None, None]
 
     def add_first(self, stamp_ns: int, item: _A) -> list[Pair[_A, _B] | Unpaired[_A]]:
         """A message of the first topic. Raises DataError for a duplicate or late stamp."""
@@ -91,9 +92,11 @@ class Pairing(Generic[_A, _B]):
     def _add(self, side: int, stamp_ns: int, item: object) -> list[Pair[_A, _B] | Unpaired[_A]]:
         done: list[Pair[_A, _B] | Unpaired[_A]] = []
         if self._starts_again(side, stamp_ns):
-            self._loops[self._loop[side]][side].closed = True
-            self._loop[side] += 1
-            self._loops.setdefault(self._loop[side], (_Side(), _Side()))
+            self._advance(side, self._loop[side] + 1)
+            # A topic that is silent, or did not start again, must not hold back every loop of the other.
+            self._advance(1 - side, self._loop[side] - 1)
+        elif self._is_left_behind(side, stamp_ns):
+            self._advance(side, self._loop[1 - side])
         self._last_ns[side] = stamp_ns
         for loop in [loop for loop in sorted(self._loops) if loop < min(self._loop)]:
             done += self._close(loop)
@@ -118,6 +121,24 @@ class Pairing(Generic[_A, _B]):
             expected="stamps that ascend within a topic",
             remedy="look for a second publisher on the topic, or a clock that is being adjusted",
         )
+
+    def _advance(self, side: int, loop: int) -> None:
+        if loop > self._loop[side]:
+            self._loops[self._loop[side]][side].closed = True
+            self._ended_ns[side] = self._last_ns[side]
+            self._loop[side] = loop
+            self._loops.setdefault(loop, (_Side(), _Side()))
+
+    def _is_left_behind(self, side: int, stamp_ns: int) -> bool:
+        """Whether the other topic has started again and this one goes on: after one stray stamp, or a restart.
+
+        The rest of a recording in a loop lies near the end of the other topic's last loop; the stamps of a
+        topic that goes on lie near those that the other one has now.
+        """
+        now_ns, ended_ns = self._last_ns[1 - side], self._ended_ns[1 - side]
+        if self._loop[1 - side] <= self._loop[side] or now_ns is None or ended_ns is None:
+            return False
+        return abs(stamp_ns - now_ns) < abs(stamp_ns - ended_ns)
 
     def _close(self, loop: int) -> list[Pair[_A, _B] | Unpaired[_A]]:
         for side in self._loops[loop]:
