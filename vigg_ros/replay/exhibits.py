@@ -75,6 +75,6 @@ def _compared(exhibit: Exhibit) -> str:
 
 def _shares(evidence: Evidence) -> str:
     return (
-        f"{evidence.overlap:.0%} of the surfaces coincide; of what both should see it is {evidence.consistency:.0%}. "
+        f"{evidence.overlap:.0%} of the surfaces coincide; of what both should see, {evidence.consistency:.0%} does. "
         f"Along their normals they lie {1000 * evidence.rmse_m:.1f} mm apart (rmse)."
     )

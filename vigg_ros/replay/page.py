@@ -64,7 +64,7 @@ def plot(svg: str, caption: object) -> Markup:
 
 def image(picture: Picture, description: str) -> Markup:
     """A picture inside the page, as JPEG."""
-    done, data = cv2.imencode(".jpg", picture, (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+    done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     assert done, "OpenCV encodes every 8-bit picture as JPEG"
     uri = "data:image/jpeg;base64," + base64.b64encode(data.tobytes()).decode()
     height_px, width_px = picture.shape[:2]

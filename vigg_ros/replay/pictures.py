@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -51,14 +51,9 @@ def draw_matches(
     agrees = np.ones(len(a), bool) if agrees is None else agrees
     colours = _direction_colours((a - b) / left.shape[1])
     canvas = beside(_dimmed(left), _dimmed(right))
-    for i in _few(~agrees):
-        _line(canvas, a[i], b[i] + shift, _REFUSED_BGR)
-    overlay = canvas.copy()
-    for i in _few(agrees):
-        _line(overlay, a[i], b[i] + shift, colours[i])
-        for end in (a[i], b[i] + shift):
-            cv2.circle(overlay, _fixed(end), 2 * 16, colours[i], -1, cv2.LINE_AA, 4)
-    return np.asarray(cv2.addWeighted(overlay, 0.75, canvas, 0.25, 0), np.uint8)
+    grey, coloured = _few(~agrees), _few(agrees)
+    canvas = _with_lines(canvas, a[grey], b[grey] + shift, [_REFUSED_BGR] * len(grey), opacity=0.45)
+    return _with_lines(canvas, a[coloured], b[coloured] + shift, [colours[i] for i in coloured], opacity=0.75)
 
 
 def draw_depth(depth_m: NDArray[np.floating], *, panel_width_px: int | None = None) -> Picture:
@@ -161,8 +156,21 @@ def _fixed(pixel: NDArray[np.float64]) -> tuple[int, int]:
     return round(float(pixel[0]) * 16), round(float(pixel[1]) * 16)
 
 
-def _line(picture: Picture, a: Any, b: Any, colour: tuple[int, ...]) -> None:
-    cv2.line(picture, _fixed(a), _fixed(b), colour, 1, cv2.LINE_AA, 4)
+def _with_lines(
+    picture: Picture,
+    starts: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    colours: Sequence[tuple[int, ...]],
+    *,
+    opacity: float,
+) -> Picture:
+    """The picture with lines between pixels (M, 2), with dots at their ends."""
+    inked = picture.copy()
+    for start, end, colour in zip(starts, ends, colours, strict=True):
+        cv2.line(inked, _fixed(start), _fixed(end), colour, 1, cv2.LINE_AA, 4)
+        for dot in (start, end):
+            cv2.circle(inked, _fixed(dot), 2 * 16, colour, -1, cv2.LINE_AA, 4)
+    return np.asarray(cv2.addWeighted(inked, opacity, picture, 1 - opacity, 0), np.uint8)
 
 
 def _bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -117,10 +117,8 @@ def plot_errors(errors: NDArray[np.float64], frames: Sequence[FrameRecord], axis
     """Translation (m) and rotation errors (deg) of frames (N, 2) over time."""
     with matplotlib.rc_context(_STYLE):
         figure, (upper, lower) = _blank(3.0, nrows=2, sharex=True)
-        for ax, values, label in (
-            (upper, 100 * errors[:, 0], "position (cm)"),
-            (lower, errors[:, 1], "rotation (deg)"),
-        ):
+        shown = (upper, 100 * errors[:, 0], "position (cm)"), (lower, errors[:, 1], "rotation (deg)")
+        for ax, values, label in shown:
             _shade(ax, frames, axis)
             ax.plot(axis.values, values, color=BLUE, marker="." if len(values) < MAX_MARKS else "", markersize=3)
             ax.set(ylabel=label, xlim=axis.range)
@@ -162,14 +160,15 @@ def plot_times(frames: Sequence[FrameRecord]) -> Figure:
     with matplotlib.rc_context(_STYLE):
         figure, ax = _blank(0.7 + 0.27 * (len(stages) + 1))
         done_ms = 0.0
-        for row, (values_ms, colour) in enumerate(zip(stages.values(), _cycle(len(stages))), 1):
+        for row, values_ms in enumerate(stages.values(), 1):
+            colour = STAGE_COLOURS[(row - 1) % len(STAGE_COLOURS)]
             median_ms, p95_ms = np.percentile(values_ms, (50, 95))
             ax.barh(row, median_ms, color=colour, height=0.62)
             ax.barh(0, median_ms, left=done_ms, color=colour, height=0.62)
             _tick(ax, row, median_ms, p95_ms)
             done_ms += float(median_ms)
         _tick(ax, 0, *np.percentile(totals_ms(frames), (50, 95)))
-        ax.set(yticks=range(len(stages) + 1), yticklabels=["all stages", *stages], xlabel="ms a frame")
+        ax.set(yticks=range(len(stages) + 1), yticklabels=["all stages", *stages], xlabel="ms per frame")
         ax.invert_yaxis()
         ax.grid(visible=False, axis="y")
         ax.margins(x=0.22)
@@ -201,8 +200,4 @@ def _shade(ax: Any, frames: Sequence[FrameRecord], axis: Axis) -> None:
 def _few(values: NDArray[Any]) -> NDArray[Any]:
     """At most MAX_MARKS rows, evenly spread."""
     rows = np.linspace(0, len(values) - 1, min(len(values), MAX_MARKS)).astype(int)
-    return values[rows]
-
-
-def _cycle(count: int) -> list[str]:
-    return [STAGE_COLOURS[i % len(STAGE_COLOURS)] for i in range(count)]
+    return np.asarray(values[rows])

@@ -44,7 +44,7 @@ def find_routes(recording: Recording, metrics: TrajectoryMetrics | None) -> list
     truth = true_trajectory(recording.truth)
     found = []
     for session in sorted({record.session for record in recording.answered}):
-        rows = np.flatnonzero([record.session == session for record in recording.frames])
+        rows = [row for row, record in enumerate(recording.frames) if record.session == session]
         frames = [recording.frames[row] for row in rows]
         known = _true_positions(frames, truth, _alignment(session, metrics))
         keyframes = np.array([record.new_keyframe for record in frames])

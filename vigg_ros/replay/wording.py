@@ -42,9 +42,9 @@ def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
     else:
         ate = Spread.of(metrics.pooled.absolute.translation_m)
         said += (
-            f" Over the {ate.count} of them that could be compared with the truth, positions are off by "
-            f"{length(ate.rmse)} rmse (median {length(ate.median)}, p95 {length(ate.p95)}, "
-            f"max {length(ate.maximum)}), after {metrics.pooled.alignment}."
+            f" Compared with the truth over {ate.count} of them, positions are off by {length(ate.rmse)} rmse "
+            f"(median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}), "
+            f"after {metrics.pooled.alignment}."
         )
     return element("p", said, class_="lead")
 
@@ -94,16 +94,16 @@ def time_tile(recording: Recording, run_info: Mapping[str, Any]) -> Markup:
     """Time per frame, and the machine that it was taken on."""
     totals = totals_ms(recording.frames)
     if len(totals) == 0:
-        return tile("time a frame", "unknown", "no frame was processed")
+        return tile("time per frame", "unknown", "no frame was processed")
     median_ms, p95_ms = np.percentile(totals, (50, 95))
-    return tile("time a frame", f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}")
+    return tile("time per frame", f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}")
 
 
 def machine(run_info: Mapping[str, Any]) -> str:
     """The machine's name; times mean nothing without it."""
     cores = f"{run_info['cores']} cores" if run_info.get("cores") else ""
     parts = [run_info.get("processor"), cores, run_info.get("system")]
-    return ", ".join(str(part) for part in parts if part) or "on a machine that was not named"
+    return ", ".join(str(part) for part in parts if part) or "a machine that was not named"
 
 
 def unanswered_table(recording: Recording, axis: Axis) -> Markup:
