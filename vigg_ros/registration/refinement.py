@@ -70,20 +70,19 @@ class SurfaceAligner:
 
     def __init__(self, target: Surface, voxel_size_m: float) -> None:
         self._voxel_m = voxel_size_m
-        self._target = target
-        self._indices = {
-            radius: CellIndex.build(target.points, radius * voxel_size_m) for radius in (WIDE_VOXELS, NARROW_VOXELS)
-        }
+        self._sorted: dict[float, tuple[CellIndex, Surface]] = {}
+        for radius in (WIDE_VOXELS, NARROW_VOXELS):
+            index = CellIndex.build(target.points, radius * voxel_size_m)
+            self._sorted[radius] = index, target.select(index.order)
 
     def residuals(self, source: Surface, T_target_source: NDArray[np.float64], radius_voxels: float) -> _Residuals:
         """Distances between the nearest surfaces along the mean of their normals."""
-        index = self._indices[radius_voxels]
+        index, target_sorted = self._sorted[radius_voxels]
         moved = transform(T_target_source, source.points)
         query = moved.astype(np.float32)
-        target_sorted = self._target.points[index.order]
-        found = nearest_point(query, target_sorted, index.runs_at(query), radius_voxels * self._voxel_m)
+        found = nearest_point(query, target_sorted.points, index.runs_at(query), radius_voxels * self._voxel_m)
         rows = np.flatnonzero(found >= 0)
-        target = self._target.select(index.order[found[rows]])
+        target = target_sorted.select(found[rows])
         source_normals = source.normals[rows] @ T_target_source[:3, :3].T
         facing = np.einsum("ni,ni->n", target.normals, source_normals) > MIN_NORMAL_COSINE
         rows, target, normals = rows[facing], target.select(facing), source_normals[facing]

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,29 +47,51 @@ class CellIndex:
         order = np.argsort(key, kind="stable")
         keys, first = np.unique(key[order], return_index=True)
         starts = np.append(first, len(points)).astype(np.int64)
-        return cls(cell_size_m, origin, shape, order, keys, starts, _runs(keys, starts, shape))
+        return cls(cell_size_m, origin, shape, order, keys, starts, runs_of_keys_plain(keys, keys, starts, _steps(shape)))
 
     def runs_at(self, points: NDArray[np.floating]) -> NDArray[np.int64]:
         """Runs (M, 9, 2) around arbitrary points (M, 3); empty runs where no indexed point can be near."""
         cells = np.floor((points - self.origin) / self.cell_size_m) + 1
         inside = np.all((cells >= 0) & (cells < self.shape), axis=1)
+        # Cell (0, 0, 0) is in the margin; from outside even its neighbours must not be reached.
         cells = np.where(inside[:, None], cells, 0).astype(np.int64)
-        key = (cells[:, 0] * self.shape[1] + cells[:, 1]) * self.shape[2] + cells[:, 2]
-        runs = _runs_of_keys(key, self.keys, self.starts, self.shape)
-        runs[~inside] = 0
-        return runs
+        key = np.where(inside, (cells[:, 0] * self.shape[1] + cells[:, 1]) * self.shape[2] + cells[:, 2], -1)
+        return np.asarray(runs_of_keys(key, self.keys, self.starts, self.runs, _steps(self.shape)))
 
 
-def _runs(keys: NDArray[np.int64], starts: NDArray[np.int64], shape: NDArray[np.int64]) -> NDArray[np.int64]:
-    return _runs_of_keys(keys, keys, starts, shape)
+def _steps(shape: NDArray[np.int64]) -> NDArray[np.int64]:
+    """What the keys of the nine columns of cells around a cell differ by."""
+    return np.array([(dx * shape[1] + dy) * shape[2] for dx in (-1, 0, 1) for dy in (-1, 0, 1)], np.int64)
 
 
-def _runs_of_keys(
-    around: NDArray[np.int64], keys: NDArray[np.int64], starts: NDArray[np.int64], shape: NDArray[np.int64]
+@numba.njit(cache=True, nogil=True)
+def runs_of_keys(around, keys, starts, known, steps):  # pragma: no cover - compiled
+    """Runs (M, 9, 2) around cells by key (M,); ``known`` (C, 9, 2) are those of the occupied cells.
+
+    Keys below 0 get empty runs.
+    """
+    runs = np.zeros((len(around), 9, 2), np.int64)
+    for i in range(len(around)):
+        if around[i] < 0:
+            continue
+        place = np.searchsorted(keys, around[i])
+        if place < len(keys) and keys[place] == around[i]:
+            runs[i] = known[place]
+            continue
+        for k in range(9):
+            centre = around[i] + steps[k]
+            runs[i, k, 0] = starts[np.searchsorted(keys, centre - 1)]
+            runs[i, k, 1] = starts[np.searchsorted(keys, centre + 1, side="right")]
+    return runs
+
+
+def runs_of_keys_plain(
+    around: NDArray[np.int64], keys: NDArray[np.int64], starts: NDArray[np.int64], steps: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Neighbouring cells along z have consecutive keys, so three of them are one run."""
-    steps = np.array([(dx * shape[1] + dy) * shape[2] for dx in (-1, 0, 1) for dy in (-1, 0, 1)])
+    """Twin of ``runs_of_keys``. Neighbouring cells along z have consecutive keys, so three are one run."""
     centre = around[:, None] + steps
     begin = starts[np.searchsorted(keys, centre - 1, side="left")]
     end = starts[np.searchsorted(keys, centre + 1, side="right")]
-    return np.stack((begin, end), axis=2)
+    runs = np.stack((begin, end), axis=2)
+    runs[around < 0] = 0
+    return runs
