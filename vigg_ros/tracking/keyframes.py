@@ -55,6 +55,12 @@ class KeyframeBuffer:
             del self._keyframes[0]
         return keyframe
 
+    def replace(self, old: Keyframe, new: Keyframe) -> None:
+        """The same keyframe with better features, in the same place."""
+        self._keyframes[self._keyframes.index(old)] = new
+        if self._reference is old:
+            self._reference = new
+
     def make_reference(self, keyframe: Keyframe) -> None:
         """Return to a keyframe of the buffer, which counts as its newest from now on."""
         self._keyframes.remove(keyframe)

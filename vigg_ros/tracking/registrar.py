@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -18,8 +18,11 @@ from vigg_ros.registration.stages import record_stages
 from vigg_ros.registration.verification import find_lack
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.tracking.chain import UncertainPose
-from vigg_ros.tracking.deskew import deskew, velocity
+from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
+
+MAX_SKEW_VOXELS = 0.1
+"""Mean skew from which a scan is de-skewed again: well above what the noise of two poses feigns."""
 
 
 class State(str, Enum):
@@ -102,7 +105,7 @@ class Registrar:
         """Forget everything; the next usable frame defines a new odometry frame."""
         self._keyframes = KeyframeBuffer(self._config.keyframes)
         self._last: Tracked | None = None
-        self._velocity = np.zeros(6)
+        self._velocity: NDArray[np.float64] | None = None
         self._attempt: Attempt | None = None
         self._frames_lost = 0
         self._session = self._session if session is None else session
@@ -112,28 +115,57 @@ class Registrar:
         if session is not None and session != self._session:
             self.reset(session)
         with record_stages() as timings_ms:
-            if self._config.input.deskew:
-                frame = deskew(frame, self._velocity)
-            features = extract(frame, self._config)
+            seen = self._look(frame, self._velocity)
             if self._keyframes.reference is None:
-                self._attempt = Attempt(frame, features, None)
-                return self._start(frame, features, timings_ms)
-            state, keyframe, outcome = self._search(features)
-        self._attempt = Attempt(frame, features, keyframe)
+                self._attempt = seen
+                return self._start(seen, timings_ms)
+            state, keyframe, outcome = self._search(seen.features)
+            if isinstance(outcome, Registration):
+                seen, keyframe, outcome = self._correct(frame, seen, keyframe, outcome)
+        self._attempt = replace(seen, keyframe=keyframe)
         if isinstance(outcome, Rejection):
             self._frames_lost += 1
             return self._estimate(frame, State.LOST, keyframe, outcome, timings_ms)
         self._frames_lost = 0
-        relative = UncertainPose(outcome.T_target_source, outcome.covariance)
-        pose = keyframe.pose.compose(relative)
+        pose = _pose(keyframe, outcome)
         self._velocity = self._velocity_to(pose, frame.stamp_ns)
-        self._last = Tracked(frame, features, pose)
+        self._last = Tracked(seen.frame, seen.features, pose)
         new_keyframe = is_far(outcome, self._config.keyframes)
         if new_keyframe:
-            self._keyframes.add(frame, features, self._last.pose)
-        return self._estimate(
-            frame, state, keyframe, outcome, timings_ms, pose=self._last.pose, new_keyframe=new_keyframe
-        )
+            self._keyframes.add(seen.frame, seen.features, pose)
+        return self._estimate(frame, state, keyframe, outcome, timings_ms, pose=pose, new_keyframe=new_keyframe)
+
+    def _look(self, frame: Frame, velocity_sensor: NDArray[np.float64] | None) -> Attempt:
+        """Features of a frame, which is de-skewed where it can be."""
+        if self._config.input.deskew:
+            frame = deskew(frame, velocity_sensor)
+        return Attempt(frame, extract(frame, self._config), None)
+
+    def _correct(
+        self, frame: Frame, seen: Attempt, keyframe: Keyframe, outcome: Registration
+    ) -> tuple[Attempt, Keyframe, Registration]:
+        """Register once more where the motion found shows that a scan was de-skewed for another one.
+
+        So it is with the first two scans, before any motion is known, and where the motion changes suddenly.
+        """
+        found = self._velocity_to(_pose(keyframe, outcome), frame.stamp_ns)
+        if found is None or self._last is None or not self._config.input.deskew:
+            return seen, keyframe, outcome
+        max_skew_m = MAX_SKEW_VOXELS * self._config.geometric.voxel_size_m
+        better, straight = seen, keyframe
+        if mean_skew_m(frame, found if self._velocity is None else found - self._velocity) > max_skew_m:
+            better = self._look(frame, found)
+        # Only of the last frame is the motion known now; one that was de-skewed has no times any more.
+        if keyframe.frame is self._last.frame and mean_skew_m(keyframe.frame, found) > max_skew_m:
+            looked = self._look(keyframe.frame, found)
+            straight = replace(keyframe, frame=looked.frame, features=looked.features)
+        if better is seen and straight is keyframe:
+            return seen, keyframe, outcome
+        again = register(straight.features, better.features, self._config)
+        if isinstance(again, Rejection):
+            return seen, keyframe, outcome
+        self._keyframes.replace(keyframe, straight)
+        return better, straight, again
 
     def _search(self, features: Features) -> tuple[State, Keyframe, Outcome]:
         """Against the reference; failing that the last frame, then other keyframes."""
@@ -155,16 +187,17 @@ class Registrar:
                 return State.RELOCALISED, keyframe, outcome
         return State.LOST, reference, rejection
 
-    def _velocity_to(self, pose: UncertainPose, stamp_ns: int) -> NDArray[np.float64]:
+    def _velocity_to(self, pose: UncertainPose, stamp_ns: int) -> NDArray[np.float64] | None:
         if self._last is None:
-            return np.zeros(6)
+            return None
         before = self._last
         return velocity(before.pose.T_parent_child, pose.T_parent_child, stamp_ns - before.frame.stamp_ns)
 
     def _position(self) -> NDArray[np.float64]:
         return np.zeros(3) if self._last is None else self._last.pose.T_parent_child[:3, 3]
 
-    def _start(self, frame: Frame, features: Features, timings_ms: dict[str, float]) -> Estimate:
+    def _start(self, seen: Attempt, timings_ms: dict[str, float]) -> Estimate:
+        frame, features = seen.frame, seen.features
         lack = find_lack(features, features)
         if lack:
             rejection = Rejection(*lack, Evidence(keypoints=len(features.keypoints)))
@@ -196,3 +229,8 @@ class Registrar:
             session=self._session,
             new_keyframe=new_keyframe,
         )
+
+
+def _pose(keyframe: Keyframe, outcome: Registration) -> UncertainPose:
+    """The pose of the frame that was registered against a keyframe."""
+    return keyframe.pose.compose(UncertainPose(outcome.T_target_source, outcome.covariance))
