@@ -10,6 +10,8 @@ from setuptools import find_packages, setup
 HERE = Path(__file__).parent
 NAME = "vigg_ros"
 TEST = ["pytest>=7.4", "hypothesis>=6.98"]
+OPEN3D = ["open3d>=0.18"]  # the reference that our FPFH is tested against
+EVALUATION = [*OPEN3D, "small_gicp>=1.0", "evo", "kiss-matcher"]
 
 
 def shared_files():
@@ -42,18 +44,17 @@ setup(
         "numpy>=1.26",
         "scipy>=1.11",
         "opencv-python-headless>=4.6",
-        "open3d>=0.18",
         "numba>=0.58",
-        "small_gicp>=1.0",
-        "rosbags>=0.11",
+        "rosbags>=0.11.9",
+        "lz4>=4.0",
         "pyyaml>=6.0",
         "matplotlib>=3.6",
     ],
     extras_require={
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
-        "evaluation": ["evo", "kiss-matcher"],
+        "evaluation": EVALUATION,
         "test": TEST,
-        "dev": [*TEST, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
+        "dev": [*TEST, *OPEN3D, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
     },
     entry_points={"console_scripts": ["vigg = vigg_ros.cli:main", "registrar = vigg_ros.node:main"]},
 )

@@ -29,18 +29,22 @@ find_python() {
     done
 }
 
-# The shared libraries that open3d and numba load but do not bring, and the packages that hold them.
+# The shared libraries that numba and, for the tests, open3d load but do not bring, and their packages.
+needed_libraries() {
+    echo "libgomp.so.1 libgomp1"
+    if [ -n "$extra" ]; then
+        echo "libEGL.so.1 libegl1"
+        echo "libGL.so.1 libgl1"
+        echo "libX11.so.6 libx11-6"
+        echo "libusb-1.0.so.0 libusb-1.0-0"
+    fi
+}
+
 missing_libraries() {
     known=$(PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null) || return 0  # no ldconfig: pip's import tells
-    while read -r library package; do
+    needed_libraries | while read -r library package; do
         case $known in *"$library "*) ;; *) echo "$package" ;; esac
-    done <<LIBRARIES
-libEGL.so.1 libegl1
-libGL.so.1 libgl1
-libX11.so.6 libx11-6
-libgomp.so.1 libgomp1
-libusb-1.0.so.0 libusb-1.0-0
-LIBRARIES
+    done
 }
 
 missing_python() {
@@ -85,10 +89,10 @@ make_environment() {
 }
 
 install_package() {
-    say "Installing vigg_ros${extra:+ [$extra]} into .venv (2 GB on disk the first time, some minutes) ..."
+    say "Installing vigg_ros${extra:+ [$extra]} into .venv (up to 2 GB on disk the first time, some minutes) ..."
     .venv/bin/python -m pip install -qq --disable-pip-version-check --editable ".${extra:+[$extra]}" \
         || fail "pip could not install the package; its message stands above."
-    .venv/bin/python -c 'import cv2, numba, open3d, small_gicp' \
+    .venv/bin/python -c "import cv2, numba${extra:+, open3d}" \
         || fail "a library of this system is missing; the last line above names it."
 }
 
