@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import Literal
+from typing import Any, Literal
 
 from vigg_ros.bags.reader import IMAGE_TYPES, Topic
 from vigg_ros.registration.errors import BagError
@@ -37,6 +37,11 @@ class AmbiguousTopicError(TopicError):
         super().__init__(f"several topics could be {meant}: {', '.join(names)}; choose one with {flag}")
         self.option = option
         self.names = tuple(names)
+
+    def settled(self, requested: TopicRequest, name: str) -> TopicRequest:
+        """The request with this one of the names chosen."""
+        settled: dict[str, Any] = {self.option: name}
+        return replace(requested, **settled)
 
 
 @dataclass(frozen=True, slots=True)

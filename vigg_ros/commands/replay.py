@@ -47,6 +47,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
     parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
+    add_extrinsics_argument(parser)
+    add_topic_arguments(parser)
+
+
+def add_extrinsics_argument(parser: ArgumentParser) -> None:
+    """--extrinsics."""
     parser.add_argument(
         "--extrinsics",
         type=float,
@@ -54,6 +60,10 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar=("X", "Y", "Z", "QX", "QY", "QZ", "QW"),
         help="where the camera (optical frame) stands in the frame of the points, instead of /tf_static",
     )
+
+
+def add_topic_arguments(parser: ArgumentParser) -> None:
+    """--image-topic and its siblings."""
     for name in TOPICS:
         option = f"--{name.replace('_', '-')}-topic"
         parser.add_argument(option, metavar="TOPIC", help="where several could be meant")
