@@ -108,6 +108,12 @@ class Agreement:
         return self.overlap / seen if seen > 0 else 0.0
 
     @property
+    def conflict(self) -> float:
+        """Of the points that lie on a seen surface or in free space, the share in free space."""
+        seen = self.overlap + self.in_front
+        return self.in_front / seen if seen > 0 else 0.0
+
+    @property
     def balance(self) -> float:
         """Shares that speak for a motion minus those that speak against it, in [-1, 1]."""
         return self.overlap - self.in_front - self.hidden
