@@ -38,7 +38,7 @@ class BagSource:
         self._reader = reader
         self._choice = choice
         self._decoder = InputDecoder(config, choice.image.name)
-        self._roles = _roles(choice)
+        self._roles = message_roles(choice)
         self.notes: dict[tuple[str, str], str] = {}
         """One sentence for each topic and code of a note."""
         self.refused: Counter[str] = Counter()
@@ -57,7 +57,8 @@ class BagSource:
             yield observation
 
 
-def _roles(choice: TopicChoice) -> dict[str, Role]:
+def message_roles(choice: TopicChoice) -> dict[str, Role]:
+    """What each chosen topic is for."""
     roles: dict[str, Role] = {choice.image.name: "image", choice.camera_info.name: "camera_info"}
     if choice.depth is not None:
         roles[choice.depth.name] = "depth"

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``vigg benchmark``: time per stage of a recording, beside what SIFT alone takes on the same images."""
+
+from __future__ import annotations
+
+import resource
+import time
+from argparse import ArgumentParser, Namespace
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicChoice, choose_topics
+from vigg_ros.commands.configuration import add_config_arguments, load_config
+from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine, table
+from vigg_ros.messages.inputs import InputDecoder
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.frame import Frame
+from vigg_ros.replay.source import BagSource, RefusedMessage, message_roles, read_extrinsics
+from vigg_ros.tracking.assembly import FrameAssembler, SyncedFrame
+from vigg_ros.tracking.observation import StampedPose
+from vigg_ros.tracking.registrar import Registrar
+
+WARM_UP = 3
+"""Frames not counted: they compile, load and fill caches."""
+
+MESSAGES = 20
+"""Messages of each topic that are decoded."""
+
+Times = dict[str, list[float]]
+"""Milliseconds by name."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of ``vigg benchmark``."""
+    parser.add_argument("bag", help="a recording of at least a few frames")
+    parser.add_argument("--frames", type=int, default=60, help="frames measured at most (default: %(default)s)")
+    add_config_arguments(parser)
+
+
+def run(arguments: Namespace) -> ExitCode:
+    """Measure and print tables of medians and p95."""
+    config = load_config(arguments)
+    with BagReader(Path(arguments.bag)) as reader:
+        choice = choose_topics(reader.topics, encodings=reader.encodings())
+        decoding = time_decoding(reader, choice, config)
+        frames = list(islice(read_frames(reader, choice, config), arguments.frames + WARM_UP))
+    if len(frames) <= WARM_UP:
+        raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP}")
+    stages, sift_ms = time_frames(frames, config)
+    machine = describe_machine()
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{len(frames) - WARM_UP} frames; {machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
+    print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
+    print()
+    print(table([("decoding", "median ms", "p95 ms"), *(row[:3] for row in _rows(decoding, 1.0))]))
+    return ExitCode.OK
+
+
+def read_frames(reader: BagReader, choice: TopicChoice, config: Config) -> Iterator[Frame]:
+    """The frames that a replay would register."""
+    tree = None if choice.points is None else read_extrinsics(reader, choice)
+    assembler = FrameAssembler(config.pairing, None if tree is None else tree.lookup)
+    for item in BagSource(reader, choice, config.input):
+        if not isinstance(item, (RefusedMessage, StampedPose)):
+            yield from (made.frame for made in assembler.add(item) if isinstance(made, SyncedFrame))
+
+
+def time_frames(frames: list[Frame], config: Config) -> tuple[Times, list[float]]:
+    """Stages of each step after the warm-up, and SIFT alone on the same image in the same moment."""
+    registrar = Registrar(config)
+    stages: Times = defaultdict(list)
+    sift_ms = []
+    with Progress("frames", len(frames)) as progress:
+        for number, frame in enumerate(frames):
+            grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
+            alone_ms = _milliseconds(lambda grey=grey: cv2.SIFT_create().detectAndCompute(grey, None))
+            start = time.perf_counter()
+            estimate = registrar.step(frame)
+            total_ms = 1e3 * (time.perf_counter() - start)
+            progress.step()
+            if number >= WARM_UP:
+                sift_ms.append(alone_ms)
+                for stage, ms in (*estimate.timings_ms.items(), ("whole step", total_ms), ("SIFT alone", alone_ms)):
+                    stages[stage].append(ms)
+    return stages, sift_ms
+
+
+def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Times:
+    """Message to observation, for each topic."""
+    decoder = InputDecoder(config.input, choice.image.name)
+    times: Times = defaultdict(list)
+    for topic, role in message_roles(choice).items():
+        for item in islice(reader.messages([topic], order="log"), MESSAGES):
+            times[f"{topic} ({item.type})"].append(_milliseconds(lambda: decoder.decode(role, item.message)))  # noqa: B023
+    return times
+
+
+def _milliseconds(work: Callable[[], Any]) -> float:
+    start = time.perf_counter()
+    work()
+    return 1e3 * (time.perf_counter() - start)
+
+
+def _rows(times: Times, unit_ms: float) -> list[tuple[str, str, str, str]]:
+    rows = []
+    for name, values in times.items():
+        median = float(np.median(values))
+        rows.append((name, f"{median:.2f}", f"{np.percentile(values, 95):.2f}", f"{median / unit_ms:.2f}"))
+    return rows
