@@ -62,16 +62,20 @@ def time_axis(frames: Sequence[FrameRecord]) -> Axis:
     """Seconds since the first frame; frame numbers where the clock does not run forward.
 
     The stamps of refused images prove nothing (they may be the very reason): each is kept only as far as
-    it lies between those of the frames around it.
+    it lies between those of the frames around it, or as near to the first or last as their number allows.
     """
     stamps = np.array([record.stamp_ns for record in frames], np.int64)
     good = np.array([record.state != "REFUSED" for record in frames], bool)
     if not good.any() or (np.diff(stamps[good]) < 0).any():
         return Axis(np.arange(len(frames), dtype=np.float64), is_time=False)
-    start, end = stamps[good][[0, -1]]
+    rows = np.flatnonzero(good)
+    usual_ns = int(np.median(np.diff(stamps[rows]))) if len(rows) > 1 else 0
+    start = stamps[rows[0]] - rows[0] * usual_ns
+    end = stamps[rows[-1]] + (len(frames) - 1 - rows[-1]) * usual_ns
     before = np.maximum.accumulate(np.where(good, stamps, start))
     after = np.minimum.accumulate(np.where(good, stamps, end)[::-1])[::-1]
-    return Axis((np.clip(stamps, before, after) - start) / 1e9, is_time=True)
+    at = np.maximum.accumulate(np.clip(stamps, before, after))
+    return Axis((at - at[0]) / 1e9, is_time=True)
 
 
 def state_columns(frames: Sequence[FrameRecord], axis: Axis) -> NDArray[np.int64]:

@@ -125,7 +125,7 @@ def unanswered_table(recording: Recording, axis: Axis) -> Markup:
 
 def refused_table(recording: Recording) -> Markup:
     """Refused messages of all topics, by code."""
-    return table(("code", "messages"), recording.refused.most_common())
+    return table(("refused messages of all topics", "how many"), recording.refused.most_common())
 
 
 def note_list(recording: Recording) -> Markup:
