@@ -42,15 +42,16 @@ class Replay:
             elif isinstance(item, StampedPose):
                 self.truth.append(item)
             else:
-                yield from map(self._process, self._assembler.add(item))
-        yield from map(self._process, self._assembler.flush())
+                yield from filter(None, map(self._process, self._assembler.add(item)))
+        yield from filter(None, map(self._process, self._assembler.flush()))
 
-    def _process(self, assembled: Assembled) -> FrameRecord:
+    def _process(self, assembled: Assembled) -> FrameRecord | None:
+        """The record of a frame; None for a message that only counts as refused, such as a repeated depth image."""
         if isinstance(assembled, Refusal):
             self.refused[assembled.code] += 1
-            return FrameRecord.of_refusal(
-                assembled.stamp_ns, assembled.session, assembled.code, assembled.message
-            )
+            if not assembled.leads:
+                return None
+            return FrameRecord.of_refusal(assembled.stamp_ns, assembled.session, assembled.code, assembled.message)
         self.frame_id = assembled.frame_id
         estimate = self._registrar.step(assembled.frame, session=assembled.session)
         attempt = self._registrar.attempt

@@ -34,6 +34,8 @@ class Refusal:
     code: str
     message: str
     session: int
+    leads: bool = True
+    """Whether it would have been a frame; False for a message of the other topic, whose leader is told apart."""
 
 
 Assembled = SyncedFrame | Refusal
@@ -69,7 +71,7 @@ class FrameAssembler:
             elif isinstance(observation, (ColourImage, DepthImage)):
                 self._waiting.extend(self._pairing.add_second(observation.stamp_ns, observation))
         except DataError as error:
-            return [Refusal(observation.stamp_ns, error.code, str(error), self._number())]
+            return [Refusal(observation.stamp_ns, error.code, str(error), self._number(), self._leads(observation))]
         return self._release()
 
     def flush(self) -> list[Assembled]:
