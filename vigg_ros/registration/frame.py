@@ -52,9 +52,10 @@ class Frame:
                 expected=f"floating-point metres of shape {image.shape[:2]}, as the colour image",
                 remedy="publish depth registered to the colour image",
             )
-        valid = np.isfinite(depth_m) & (depth_m > 0)
-        depth_m = np.where(valid, depth_m, 0).astype(np.float32)
-        return cls(image, camera, DepthMap(camera, depth_m), int(stamp_ns))
+        with np.errstate(over="ignore"):  # what float32 cannot hold is infinite in it
+            metres = depth_m.astype(np.float32)
+        metres[~(np.isfinite(metres) & (metres > 0))] = 0
+        return cls(image, camera, DepthMap(camera, metres), int(stamp_ns))
 
     @classmethod
     def from_points(
@@ -79,7 +80,7 @@ class Frame:
         image = _check_image(image, camera)
         finite = _check_points(points)
         cloud = np.ascontiguousarray(points[finite], np.float32)
-        times_s = None if times_s is None else times_s[finite]
+        times_s = None if times_s is None else _check_times(times_s, len(points))[finite]
         scan = ProjectedScan(camera, cloud, _check_rigid(T_camera_points), times_s)
         rows, _ = scan.visible()
         if len(rows) < MIN_PROJECTED:
@@ -137,6 +138,17 @@ def _check_points(points: NDArray[np.floating]) -> NDArray[np.bool_]:
             remedy="pass x, y and z only",
         )
     return np.asarray(np.isfinite(points).all(axis=1))
+
+
+def _check_times(times_s: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    if times_s.shape != (count,) or not np.isfinite(times_s).all():
+        raise DataError(
+            "POINT_TIMES",
+            found=f"times_s of shape {times_s.shape}" + ("" if np.isfinite(times_s).all() else ", not all finite"),
+            expected=f"one finite time for each of {count} points",
+            remedy="pass the seconds from the stamp on, or None where no times are known",
+        )
+    return times_s
 
 
 def _check_rigid(T_camera_points: NDArray[np.float64]) -> NDArray[np.float64]:
