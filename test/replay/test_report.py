@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from page_reader import Page
 from report_samples import attempt, lost, recording, refused, started, tracked, truth
 
 from vigg_ros.registration import Config, Reason
@@ -20,45 +20,6 @@ from vigg_ros.replay.wording import length, nearest_preset
 from vigg_ros.tracking.registrar import State
 
 RUN = {"version": "1.2.3", "command": "vigg replay walk", "processor": "Abacus 9000", "cores": 2, "system": "Linux"}
-VOID = {"meta", "img", "br", "link"}
-
-
-class Page(HTMLParser):
-    """Elements, attributes and text of a page, which must be balanced."""
-
-    def __init__(self, source):
-        super().__init__()
-        self.source = source
-        self.open, self.tags, self.attributes, self.texts, self.headings = [], [], [], [], []
-        self.feed(source)
-        self.close()
-        assert not self.open
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.attributes += [(name, value or "") for name, value in attrs]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.tags.append(tag)
-        self.attributes += [(name, value or "") for name, value in attrs]
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open and self.open[-1] != "style":
-            self.texts.append(data)
-        if self.open and self.open[-1] in ("h1", "h2"):
-            self.headings.append(data)
-
-    @property
-    def text(self):
-        return " ".join(" ".join(self.texts).split())
-
-    def values(self, *names):
-        return [value for name, value in self.attributes if name in names]
 
 
 def report(tmp_path, estimates, *, config=None, run_info=RUN, **fields):
@@ -241,7 +202,16 @@ def test_the_preset_itself_is_named(tmp_path):
 
 @pytest.mark.parametrize(
     ("metres", "words"),
-    [(12.345, "12.3 m"), (1.0, "1 m"), (0.1234, "12.3 cm"), (0.01, "1 cm"), (0.0042, "4.2 mm"), (0.0, "0 mm")],
+    [
+        (12.345, "12.3 m"),
+        (1.0, "1 m"),
+        (0.1234, "12.3 cm"),
+        (0.01, "1 cm"),
+        (0.0042, "4.2 mm"),
+        (1e-5, "0.01 mm"),
+        (9e-6, "under 0.01 mm"),
+        (0.0, "under 0.01 mm"),
+    ],
 )
 def test_lengths_are_in_the_unit_that_suits_them(metres, words):
     assert length(metres) == words

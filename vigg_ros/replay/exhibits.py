@@ -20,7 +20,8 @@ INTRODUCTION = (
     "the frame was compared with, right the frame. Lines join visual matches: coloured ones agree with the answer, "
     "and one colour is one direction of motion in the image; grey ones were tried and do not agree. Below an answer "
     "lie both surfaces as the answer puts them, from above and from the front: the keyframe's blue, the frame's "
-    "orange, dark where they coincide; a double contour would be an error. Below a lost frame are both depth images."
+    "orange, dark where they coincide; a double contour would be an error. Below a lost frame are both depth images, "
+    "where there are any."
 )
 
 

@@ -114,15 +114,14 @@ def _draw_plan(ax: Any, route: Route, right: int, up: int) -> None:
 
 
 def plot_errors(errors: NDArray[np.float64], frames: Sequence[FrameRecord], axis: Axis) -> Figure:
-    """Translation (m) and rotation errors (deg) of frames (N, 2) over time."""
+    """Translation (m) and rotation errors (deg) of frames (N, 2) over time; some of them are known."""
     with matplotlib.rc_context(_STYLE):
         figure, (upper, lower) = _blank(3.0, nrows=2, sharex=True)
         shown = (upper, 100 * errors[:, 0], "position (cm)"), (lower, errors[:, 1], "rotation (deg)")
         for ax, values, label in shown:
             _shade(ax, frames, axis)
             ax.plot(axis.values, values, color=BLUE, marker="." if len(values) < MAX_MARKS else "", markersize=3)
-            ax.set(ylabel=label, xlim=axis.range)
-            ax.set_ylim(bottom=0)
+            ax.set(ylabel=label, xlim=axis.range, ylim=(0, 1.1 * max(np.nanmax(values), 1e-9)))
         lower.set_xlabel(axis.label)
     return figure
 

@@ -19,7 +19,7 @@ from vigg_ros.replay.gallery import Gallery
 from vigg_ros.replay.page import Markup, element, page, plot, section
 from vigg_ros.replay.record import Recording
 from vigg_ros.replay.routes import find_routes, frame_errors
-from vigg_ros.replay.series import Axis, time_axis, totals_ms
+from vigg_ros.replay.series import Axis, evidence_series, time_axis, totals_ms
 
 MAX_MAPS = 4
 """Sessions of which a map is drawn."""
@@ -129,7 +129,10 @@ def _errors(content: Content) -> Markup:
 def _evidence(content: Content) -> Markup:
     from vigg_ros.replay import plots
 
-    svg = plots.as_svg(plots.plot_evidence(content.recording.frames, content.axis), "evidence")
+    frames = content.recording.frames
+    if np.isnan(evidence_series(frames, "overlap")).all():
+        return Markup()
+    svg = plots.as_svg(plots.plot_evidence(frames, content.axis), "evidence")
     said = (
         "Overlap: share of both surfaces that coincides with the keyframe's. Consistency: coinciding share of what "
         "both should see. Inliers: matches that agree with the answer. Overlap falls as the sensor moves away from "

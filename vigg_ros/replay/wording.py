@@ -35,7 +35,9 @@ def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
     """The result in two sentences; accuracy with its coverage and alignment."""
     received, answered = len(recording.frames), len(recording.answered)
     said = f"{answered} of {received} colour images got a pose ({recording.coverage:.1%})."
-    if metrics is None:
+    if not answered:
+        said += " There is no trajectory."
+    elif metrics is None:
         said += " The recording holds no ground truth, so nothing is known of their errors."
     elif not metrics.pooled.compared:
         said += " No two of them have a true pose near their stamps, so nothing is known of their errors."
@@ -68,8 +70,7 @@ def accuracy_tiles(metrics: TrajectoryMetrics | None) -> list[Markup]:
         tile(
             "ATE",
             length(ate.rmse),
-            f"rmse over {ate.count} frames, aligned; rotations {turned.median:.2g}\N{DEGREE SIGN} median, "
-            f"{ROTATION_ALIGNMENT}",
+            f"rmse over {ate.count} frames, aligned; rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}",
         )
     ]
     for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE frame to frame", accuracy.consecutive)):
@@ -77,16 +78,14 @@ def accuracy_tiles(metrics: TrajectoryMetrics | None) -> list[Markup]:
             tiles.append(tile(title, *_relative(errors)))
     if np.isfinite(accuracy.drift_percent):
         said = f"of the path: {length(accuracy.end_error_m)} off at the end of {length(accuracy.path_m)}"
-        tiles.append(tile("drift", f"{accuracy.drift_percent:.2g} %", said))
+        tiles.append(tile("drift", f"{accuracy.drift_percent:.2f} %", said))
     return tiles
 
 
 def _relative(errors: Errors) -> tuple[str, str]:
     moved, turned = Spread.of(errors.translation_m), Spread.of(errors.rotation_deg)
-    said = (
-        f"and {turned.median:.2g}\N{DEGREE SIGN} median; p95 {length(moved.p95)} and {turned.p95:.2g}"
-        f"\N{DEGREE SIGN}; {moved.count} pairs"
-    )
+    pairs = f"{moved.count} {'pair' if moved.count == 1 else 'pairs'}"
+    said = f"and {angle(turned.median)} median; p95 {length(moved.p95)} and {angle(turned.p95)}; {pairs}"
     return length(moved.median), said
 
 
@@ -159,11 +158,16 @@ def nearest_preset(config: Config) -> tuple[str, dict[str, tuple[Any, Any]]]:
 
 
 def length(metres: float) -> str:
-    """A length in the unit that suits it, to three digits."""
+    """The length of an error or a path, to three digits, in the unit that suits it."""
     for unit, scale in (("m", 1.0), ("cm", 100.0)):
-        if abs(metres) * scale >= 1:
+        if metres * scale >= 1:
             return f"{metres * scale:.3g} {unit}"
-    return f"{1000 * metres:.2g} mm"
+    return f"{1000 * metres:.2g} mm" if metres >= 1e-5 else "under 0.01 mm"
+
+
+def angle(deg: float) -> str:
+    """An angle of an error, to two digits."""
+    return f"{deg:.2g}\N{DEGREE SIGN}" if deg >= 1e-3 else "under 0.001\N{DEGREE SIGN}"
 
 
 def _plain(value: Any) -> str:
