@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
-from vigg_ros.registration.geometric import Landmarks, Surface, build_landmarks, build_surface
+from vigg_ros.registration.geometric import Landmarks, Surface, build_landmarks, build_surface, rows_in_range
 from vigg_ros.registration.visibility import View
 from vigg_ros.registration.visual import Keypoints, detect
 
@@ -29,8 +29,9 @@ def extract(frame: Frame, config: Config) -> Features:
     Never fails for want of texture or depth: that shows in the sizes, and ``register`` says so.
     """
     surface = build_surface(frame.points(), config.geometric)
+    keypoints = detect(frame, config.visual)
     return Features(
-        keypoints=detect(frame, config.visual),
+        keypoints=keypoints.select(rows_in_range(keypoints.points, config.geometric)),
         landmarks=build_landmarks(surface, config.geometric),
         surface=surface,
         view=frame.geometry.view(),

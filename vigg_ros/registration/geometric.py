@@ -93,12 +93,17 @@ def describe(points: NDArray[np.float32], normals: NDArray[np.float32], radius_m
     return features
 
 
+def rows_in_range(points: NDArray[np.floating], config: GeometricConfig) -> NDArray[np.int64]:
+    """Rows of the points (N, 3) whose distance from the sensor, the origin, is one that counts."""
+    with np.errstate(over="ignore"):
+        squared = np.einsum("ni,ni->n", points, points)
+    return np.flatnonzero((squared >= config.min_range_m**2) & (squared <= config.max_range_m**2))
+
+
 @stage("surface")
 def build_surface(points: NDArray[np.float32], config: GeometricConfig) -> Surface:
     """The voxel grid of all points (N, 3) within range of the sensor, the origin, where it is a surface."""
-    distance = np.sqrt(np.einsum("ni,ni->n", points, points))
-    near = points[(distance >= config.min_range_m) & (distance <= config.max_range_m)]
-    grid = voxel_downsample(near, config.voxel_size_m)
+    grid = voxel_downsample(points[rows_in_range(points, config)], config.voxel_size_m)
     normals = estimate_normals(grid, SURFACE_NORMAL_VOXELS * config.voxel_size_m)
     return Surface(grid, normals).select(np.any(normals != 0, axis=1))
 
