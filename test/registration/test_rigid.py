@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rigid motions: angles to the last digit, and fits whose answer is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from registration_samples import apply, errors, motion, random_motion
+from scipy.spatial.transform import Rotation
+
+from vigg_ros.registration.rigid import angle_rad, inverse, transform, weighted_svd
+
+TETRAHEDRON = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+
+
+def test_transform_by_hand() -> None:
+    # A quarter turn about z takes x to y.
+    T_target_source = motion((0, 0, 90), (10, 20, 30))
+    moved = transform(T_target_source, np.array([(1.0, 0, 0), (0, 2, 5)]))
+    np.testing.assert_allclose(moved, [(10, 21, 30), (8, 20, 35)], atol=1e-12)
+
+
+def test_inverse_by_hand() -> None:
+    T_source_target = inverse(motion((0, 0, 90), (10, 20, 30)))
+    # The target's (10, 20, 30) is where the source's origin lies.
+    np.testing.assert_allclose(transform(T_source_target, np.array([(10.0, 21, 30)])), [(1, 0, 0)], atol=1e-12)
+    np.testing.assert_allclose(T_source_target @ motion((0, 0, 90), (10, 20, 30)), np.eye(4), atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 1e-4, 0.3, 1.5, 3.0, math.pi - 1e-4, math.pi - 1e-9, math.pi])
+def test_angle_is_precise_everywhere(angle: float) -> None:
+    axis = np.array((2.0, -1.0, 2.0)) / 3
+    found = angle_rad(Rotation.from_rotvec(angle * axis).as_matrix())
+    # Entries of R carry an error of 1e-16, sine and cosine some of them. By acos of the trace, 1e-9 gives 0.
+    assert found == pytest.approx(angle, abs=1e-15, rel=1e-6)
+
+
+@pytest.mark.parametrize("points", [TETRAHEDRON, SQUARE, TETRAHEDRON[:3]], ids=["solid", "coplanar", "three"])
+def test_an_exact_motion_is_found(points: np.ndarray) -> None:
+    for seed in range(20):
+        T_true = random_motion(np.random.default_rng(seed))
+        T_found, determined = weighted_svd(apply(T_true, points), points, np.ones(len(points)))
+        assert determined
+        np.testing.assert_allclose(T_found, T_true, atol=1e-12)
+
+
+def test_a_reflection_is_answered_with_a_rotation() -> None:
+    mirrored = TETRAHEDRON * (1, 1, -1)
+    T_found, determined = weighted_svd(mirrored, TETRAHEDRON, np.ones(4))
+    assert determined
+    assert np.linalg.det(T_found[:3, :3]) == pytest.approx(1)
+    # No rotation fits better: try many around the one found, each with its own best translation.
+    middle = TETRAHEDRON.mean(axis=0)
+
+    def cost(R: np.ndarray) -> float:
+        return float(((mirrored - mirrored.mean(axis=0) - (TETRAHEDRON - middle) @ R.T) ** 2).sum())
+
+    best = cost(T_found[:3, :3])
+    turns = Rotation.random(2000, random_state=0).as_matrix()
+    assert min(cost(R) for R in turns) > best
+    assert min(cost(R @ T_found[:3, :3]) for R in Rotation.from_rotvec(0.05 * turns[:, 0]).as_matrix()) > best
+
+
+@pytest.mark.hostile("Scene: degenerate SVD, det = +1 always")
+def test_noise_about_a_plane_never_turns_into_a_mirror() -> None:
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        source = SQUARE + rng.normal(0, 0.05, SQUARE.shape)
+        target = SQUARE @ random_motion(rng)[:3, :3].T + rng.normal(0, 0.05, SQUARE.shape)
+        T_found, _ = weighted_svd(target, source, np.ones(4))
+        assert np.linalg.det(T_found[:3, :3]) == pytest.approx(1, abs=1e-9)
+
+
+def test_the_weights_are_those_of_least_squares() -> None:
+    """A weight of 3 is a point given three times; a weight of 0 is a point left out."""
+    rng = np.random.default_rng(3)
+    source, target = rng.normal(size=(2, 6, 3))
+    weighted, _ = weighted_svd(target, source, np.array([3, 1, 1, 1, 2, 0], float))
+    rows = [0, 0, 0, 1, 2, 3, 4, 4]
+    repeated, _ = weighted_svd(target[rows], source[rows], np.ones(8))
+    np.testing.assert_allclose(weighted, repeated, atol=1e-12)
+    unweighted, _ = weighted_svd(target, source, np.ones(6))
+    assert errors(weighted, unweighted)[0] > 1
+
+
+DEGENERATE = {
+    "two points": TETRAHEDRON[:2],
+    "one point": TETRAHEDRON[:1],
+    "none": TETRAHEDRON[:0],
+    "identical": np.tile((1.0, 2.0, 3.0), (5, 1)),
+    "on a line": np.outer((0, 1, 2, 5), (1, 2, 3)) + (3.0, 0, 0),
+    "nearly on a line": np.outer((0, 1, 2, 5), (1, 0, 0)) + np.array([(0, 0, 0), (0, 1e-3, 0), (0, 0, 1e-3), (0, 0, 0)]),
+}
+
+
+@pytest.mark.hostile("Scene: degenerate SVD, det = +1 always")
+@pytest.mark.parametrize("points", DEGENERATE.values(), ids=DEGENERATE)
+def test_degenerate_points_determine_nothing(points: np.ndarray) -> None:
+    for seed in range(20):
+        T_true = random_motion(np.random.default_rng(seed))
+        T_found, determined = weighted_svd(
+            apply(T_true, points).reshape(-1, 3), points, np.linspace(0.5, 1, len(points))
+        )
+        assert not determined
+        assert np.isfinite(T_found).all()
+        assert np.linalg.det(T_found[:3, :3]) == pytest.approx(1, abs=1e-9)
+
+
+@pytest.mark.parametrize("weighted", ["none", "two", "one spot", "a line"])
+def test_weights_on_too_little_determine_nothing(weighted: str) -> None:
+    """Where the other points are many and far, their rounding must not pass for a shape."""
+    rng = np.random.default_rng(0)
+    points = rng.normal(0, 30, (50, 3))
+    points[2:6] = points[2]
+    points[6:10] = points[6] + np.outer((0, 0.1, 0.2, 0.5), (0.6, 0.8, 0))
+    rows = {"none": slice(0), "two": slice(0, 2), "one spot": slice(2, 6), "a line": slice(6, 10)}[weighted]
+    for seed in range(100):
+        weight = np.zeros(50)
+        weight[rows] = np.random.default_rng(seed).uniform(0.1, 1, len(points[rows]))
+        _, determined = weighted_svd(apply(random_motion(rng), points), points, weight)
+        assert not determined
+
+
+def test_a_batch_is_one_fit_for_each_row_of_weights() -> None:
+    rng = np.random.default_rng(1)
+    source, target = rng.normal(size=(2, 12, 3))
+    weight = rng.uniform(size=(4, 5, 12)) * (rng.uniform(size=(4, 5, 12)) < 0.4)
+    T_batch, determined = weighted_svd(target, source, weight)
+    assert T_batch.shape == (4, 5, 4, 4)
+    for i in np.ndindex(4, 5):
+        T_one, one = weighted_svd(target, source, weight[i])
+        np.testing.assert_allclose(T_batch[i], T_one, atol=1e-12)
+        assert determined[i] == one
+
+
+def test_far_from_the_origin_nothing_is_lost() -> None:
+    """A clique of 20 cm, 1 km from the origin: float64 leaves 1e-13 m there, and 0.2 m turns it into 1e-12 rad."""
+    T_true = motion((10, 20, 30), (1, 2, 3))
+    source = 0.2 * TETRAHEDRON + (1000, -500, 30)
+    T_found, determined = weighted_svd(apply(T_true, source), source, np.ones(4))
+    assert determined
+    np.testing.assert_allclose(apply(T_found, source), apply(T_true, source), atol=1e-9)
