@@ -29,9 +29,9 @@ def commented_yaml(config: Config) -> str:
     lines, current = [], ""
     for name, spec, value in config.options():
         section, _, key = name.rpartition(".")
-        if section != current:
+        if section and section != current:
             lines.append(f"{section}:")
-            current = section
+        current = section
         indent = "  " if section else ""
         lines.append(f"{indent}# {spec.metadata['doc']}{_bounds(spec.metadata)}")
         lines.append(f"{indent}{key}: {_yaml(value)}")

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,9 @@ import yaml
 
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.registration.errors import ConfigError
+
+_EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
+"""YAML 1.1 takes 1e-5, without a point or without a sign, for text."""
 
 
 def add_config_arguments(parser: ArgumentParser) -> None:
@@ -42,7 +46,9 @@ def _assignment(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
         raise ConfigError(f"--set {text!r} has no =; expected OPTION=VALUE, e.g. visual.top_k=300")
+    if _EXPONENT.fullmatch(value.strip()):
+        return name.strip(), float(value)
     try:
         return name.strip(), yaml.safe_load(value)
     except yaml.YAMLError as error:
-        raise ConfigError(f"--set {name}: {value!r} is not a value: {error}") from error
+        raise ConfigError(f"--set {name}: {value!r} is not a value: {' '.join(str(error).split())}") from error

@@ -21,6 +21,7 @@ from vigg_ros.commands.configuration import add_config_arguments, load_config
 from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine
 from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.registration.config import Config
+from vigg_ros.registration.errors import BagError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.replay.gallery import Gallery
 from vigg_ros.replay.outputs import write_frames, write_json, write_trajectory
@@ -129,10 +130,10 @@ def pose_matrix(position: tuple[float, ...], quaternion: tuple[float, ...]) -> N
 
 
 def read_truth(path: Path) -> list[StampedPose]:
-    """The poses of a TUM file. Raises BagError."""
+    """The poses of a TUM file. Raises UsageError."""
     try:
         poses = read_stamped_poses(path)
-    except OSError as error:
+    except (OSError, BagError) as error:
         raise UsageError(f"--ground-truth {path} cannot be read: {error}") from error
     return [StampedPose(pose.stamp_ns, "", "", pose.T_world_sensor) for pose in poses]
 

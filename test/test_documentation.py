@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the documentation shows is what the code does."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vigg_ros.commands.config import commented_yaml
+from vigg_ros.registration import Config
+from vigg_ros.registration.config import PRESETS
+from vigg_ros.registration.rigid import angle_rad, inverse
+from vigg_ros.worlds import HandheldLoop
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_example_of_the_readme_registers_its_two_frames(capsys: pytest.CaptureFixture[str]) -> None:
+    example = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    assert example is not None
+    names: dict[str, object] = {}
+    exec(compile(example[1], "README.md", "exec"), names)
+    assert "0.96" in capsys.readouterr().out
+    path = HandheldLoop()
+    T_truth = inverse(path.T_world_camera(0.0)) @ path.T_world_camera(0.5)
+    T_answer = names["outcome"].T_target_source  # type: ignore[attr-defined]
+    # Rendered without noise; what is left is the voxel grid's, far below its 25 mm.
+    assert np.linalg.norm(T_answer[:3, 3] - T_truth[:3, 3]) < 0.005
+    assert np.rad2deg(angle_rad(T_truth[:3, :3].T @ T_answer[:3, :3])) < 0.2
+
+
+@pytest.mark.parametrize("name", ["rgbd", "lidar"])
+def test_configuration_files_are_the_presets(name: str) -> None:
+    path = ROOT / "config" / f"{name}.yaml"
+    assert path.read_text().endswith(commented_yaml(Config.preset(name))), (
+        f"{path} is out of date; write it again with: vigg config --config {name}"
+    )
+    assert Config.load(path) == Config.preset(name)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_printed_configuration_reads_back(name: str, tmp_path: Path) -> None:
+    config = Config.preset(name)
+    (tmp_path / "config.yaml").write_text(commented_yaml(config))
+    assert Config.load(tmp_path / "config.yaml") == config
+
+
+def test_links_between_pages_lead_somewhere() -> None:
+    for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+        for link in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+            assert (page.parent / link).exists(), f"{page.name} links to {link}"
