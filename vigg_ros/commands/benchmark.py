@@ -9,6 +9,7 @@ import time
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -81,7 +82,7 @@ def time_frames(frames: list[Frame], config: Config) -> tuple[Times, list[float]
     with Progress("frames", len(frames)) as progress:
         for number, frame in enumerate(frames):
             grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
-            alone_ms = _milliseconds(lambda grey=grey: cv2.SIFT_create().detectAndCompute(grey, None))
+            alone_ms = _milliseconds(partial(cv2.SIFT_create().detectAndCompute, grey, None))
             start = time.perf_counter()
             estimate = registrar.step(frame)
             total_ms = 1e3 * (time.perf_counter() - start)
@@ -99,7 +100,7 @@ def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Tim
     times: Times = defaultdict(list)
     for topic, role in message_roles(choice).items():
         for item in islice(reader.messages([topic], order="log"), MESSAGES):
-            times[f"{topic} ({item.type})"].append(_milliseconds(lambda: decoder.decode(role, item.message)))  # noqa: B023
+            times[f"{topic} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
     return times
 
 

@@ -20,7 +20,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("what", choices=("pairs",), help="pairs: frames k and k + gap of a folder with poses")
     parser.add_argument("layout", choices=list(LAYOUTS), help="how the folder is arranged")
     parser.add_argument("folder", help="the data set")
-    parser.add_argument("--gaps", type=int, nargs="+", default=[20, 60, 120], help="frames apart (default: %(default)s)")
+    parser.add_argument("--gaps", type=int, nargs="+", default=[20, 60, 120], help="frames apart (%(default)s)")
     parser.add_argument("--every", type=int, default=10, help="every so manyth source frame (default: %(default)s)")
     parser.add_argument("--truth-pairs", metavar="FILE", help="pairs with refined poses: target source and 16 numbers")
     parser.add_argument("--within-view", action="store_true", help="only the points that the camera sees")
@@ -53,7 +53,7 @@ def run(arguments: Namespace) -> ExitCode:
         if of_gap:
             rows.append({"gap": gap, **summarise(of_gap, limits)})
     machine = describe_machine()
-    print(f"recall at {limits.recall_deg:g} deg and {100 * limits.recall_m:g} cm; medians over all pairs, failures included")
+    print(f"recall at {limits.recall_deg:g} deg and {100 * limits.recall_m:g} cm; medians count failures")
     print(f"ms is the registration alone, on {machine['cores']} cores of {machine['processor']}")
     print(table([list(rows[0]), *(list(row.values()) for row in rows)]))
     return ExitCode.OK

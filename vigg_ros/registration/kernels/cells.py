@@ -47,7 +47,8 @@ class CellIndex:
         order = np.argsort(key, kind="stable")
         keys, first = np.unique(key[order], return_index=True)
         starts = np.append(first, len(points)).astype(np.int64)
-        return cls(cell_size_m, origin, shape, order, keys, starts, runs_of_keys_plain(keys, keys, starts, _steps(shape)))
+        runs = runs_of_keys_plain(keys, keys, starts, _steps(shape))
+        return cls(cell_size_m, origin, shape, order, keys, starts, runs)
 
     def runs_at(self, points: NDArray[np.floating]) -> NDArray[np.int64]:
         """Runs (M, 9, 2) around arbitrary points (M, 3); empty runs where no indexed point can be near."""
