@@ -51,6 +51,10 @@ MESSAGES: dict[str, Message] = {
     "/diagnostics": encode_diagnostic_array([STATUS], stamp_ns=START_NS),
     "/status": STATUS,
 }
+DISK_ROW = pytest.mark.hostile(
+    "System: disk full, read-only folder, existing path, symlink: an error, never overwritten or deleted"
+)
+
 WAYS = [
     ("mcap", "none"),
     ("mcap", "chunk"),
@@ -129,6 +133,7 @@ def test_the_metadata_is_what_ros2_jazzy_reads(tmp_path: Path) -> None:
     assert information["starting_time"]["nanoseconds_since_epoch"] == START_NS
 
 
+@DISK_ROW
 @pytest.mark.parametrize("kind", ["file", "folder", "dangling link"])
 def test_an_existing_path_is_left_alone(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "bag"
@@ -158,6 +163,7 @@ def test_a_place_that_is_no_folder_is_an_error(tmp_path: Path) -> None:
         BagWriter(tmp_path / "file" / "bag").__enter__()
 
 
+@DISK_ROW
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), sqlite3.OperationalError("full")])
 def test_a_full_disk_is_an_error_with_the_remedy(error, tmp_path: Path, monkeypatch) -> None:
     def fail(*_: object) -> None:
