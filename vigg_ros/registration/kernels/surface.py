@@ -21,6 +21,10 @@ MIN_PATCH = 4
 """Points that make a surface: three always lie on a plane."""
 
 
+LINE_RATIO = 1e-5
+"""Variance across a patch over that along it up to which it is a line, whose normal is rounding: 1 to 300."""
+
+
 @numba.njit(cache=True, nogil=True)
 def _smallest_eigenvector(xx, xy, xz, yy, yz, zz):  # pragma: no cover - compiled
     """Unit eigenvector of the smallest eigenvalue of a symmetric matrix, by the trigonometric solution."""
@@ -42,7 +46,8 @@ def _smallest_eigenvector(xx, xy, xz, yy, yz, zz):  # pragma: no cover - compile
         x1, y1, z1, n1 = x2, y2, z2, n2
     elif n3 > n1:
         x1, y1, z1, n1 = x3, y3, z3, n3
-    if n1 <= 1e-24 * spread * spread * spread * spread:
+    # A line of variance 3 spread has a cross product of 3 spread times the variance across it.
+    if n1 <= (9.0 * LINE_RATIO * spread * spread) ** 2:
         return 0.0, 0.0, 0.0
     scale = 1.0 / math.sqrt(n1)
     return x1 * scale, y1 * scale, z1 * scale
@@ -93,7 +98,7 @@ def normals_plain(points: NDArray[np.float32], radius: float) -> NDArray[np.floa
     for i, rows in enumerate(cKDTree(points).query_ball_point(points, radius)):
         if len(rows) >= MIN_PATCH:
             values, vectors = np.linalg.eigh(np.cov(points[rows].T.astype(np.float64), bias=True))
-            if values[1] > 1e-12 * values[2]:
+            if values[1] - values[0] > LINE_RATIO * (values[2] - values[0]):
                 out[i] = vectors[:, 0] * (1 if vectors[:, 0] @ points[i] <= 0 else -1)
     return out
 
