@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Matched points travel together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from registration_samples import motion
+
+from vigg_ros.registration.matches import Matches, concatenate, no_matches
+
+
+def numbered(first: int, count: int) -> Matches:
+    """Matches whose every entry says which match it belongs to."""
+    n = np.arange(first, first + count)
+    return Matches(np.column_stack((n, n, n)) + 0.1, np.column_stack((n, n, n)) + 0.2, n / 100, n + 1000, n + 2000)
+
+
+def numbers(matches: Matches) -> list[list[int]]:
+    """The match numbers that each array says."""
+    return [
+        *(np.rint(column - 0.1).astype(int).tolist() for column in matches.target.T),
+        *(np.rint(column - 0.2).astype(int).tolist() for column in matches.source.T),
+        np.rint(matches.similarity * 100).astype(int).tolist(),
+        (matches.target_row - 1000).tolist(),
+        (matches.source_row - 2000).tolist(),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("rows", "kept"),
+    [
+        (np.array([True, False, True, False]), [5, 7]),
+        (np.array([3, 0, 0]), [8, 5, 5]),
+        (slice(1, 3), [6, 7]),
+        (np.zeros(4, bool), []),
+    ],
+    ids=["mask", "rows", "slice", "none"],
+)
+def test_select_keeps_all_arrays_together(rows: np.ndarray | slice, kept: list[int]) -> None:
+    assert numbers(numbered(5, 4).select(rows)) == [kept] * 9
+
+
+def test_concatenate_appends() -> None:
+    assert numbers(concatenate(numbered(1, 2), numbered(7, 1))) == [[1, 2, 7]] * 9
+    assert numbers(concatenate(no_matches(), numbered(7, 1))) == [[7]] * 9
+    assert len(no_matches()) == 0
+
+
+def test_distances_by_hand() -> None:
+    target = np.array([(0, 0, 0), (1, 1, 1)], float)
+    source = np.array([(0, 0, 0), (1, 1, 1)], float)
+    rows = np.arange(2)
+    # A shift by (3, 4, 0); and with a quarter turn about z, (1, 1, 1) goes to (-1, 1, 1), 2 m off.
+    shift = Matches(target, source, np.ones(2), rows, rows).distances(motion((0, 0, 0), (3, 4, 0)))
+    np.testing.assert_allclose(shift, [5, 5])
+    turn = Matches(target, source, np.ones(2), rows, rows).distances(motion((0, 0, 90), (0, 0, 0)))
+    np.testing.assert_allclose(turn, [0, 2], atol=1e-12)

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Timings are collected from outside, and only while somebody records."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from vigg_ros.registration.stages import record_stages, stage
+
+
+@stage("slow")
+def slow(seconds: float) -> float:
+    """Waits."""
+    time.sleep(seconds)
+    return seconds
+
+
+@stage("failing")
+def failing() -> None:
+    raise ValueError("on purpose")
+
+
+def test_calls_of_a_stage_are_summed_in_order_of_first_use() -> None:
+    with record_stages() as timings_ms:
+        with pytest.raises(ValueError, match="on purpose"):
+            failing()
+        assert slow(0.002) == 0.002
+        once_ms = timings_ms["slow"]
+        slow(0.002)
+    assert list(timings_ms) == ["failing", "slow"]
+    # A sleep is never shorter than asked for.
+    assert once_ms >= 2
+    assert timings_ms["slow"] >= once_ms + 2
+
+
+def test_nothing_is_recorded_outside_the_block() -> None:
+    with record_stages() as timings_ms:
+        pass
+    slow(0)
+    assert timings_ms == {}
+
+
+def test_an_inner_recording_does_not_end_the_outer_one() -> None:
+    with record_stages() as outer:
+        with record_stages() as inner:
+            slow(0)
+        slow(0)
+    assert list(inner) == list(outer) == ["slow"]
+
+
+def test_a_thread_records_for_itself() -> None:
+    with record_stages() as timings_ms:
+        thread = threading.Thread(target=slow, args=(0,))
+        thread.start()
+        thread.join()
+    assert timings_ms == {}
+
+
+def test_the_function_keeps_its_name() -> None:
+    assert slow.__name__ == "slow"
+    assert slow.__doc__ == "Waits."
