@@ -266,3 +266,24 @@ def test_a_wrong_topic_is_said_with_the_candidates(capsys) -> None:
     code, page = doctor(capsys, BAGS / "room_rgbd", "--depth-topic", "/depth")
     assert code == ExitCode.NOTHING_PAIRED
     assert "--depth-topic /depth is not in the bag" in page
+
+
+def test_a_topic_cannot_be_colour_and_depth(capsys) -> None:
+    name = "/camera/color/image_raw/compressed"
+    code, page = doctor(capsys, BAGS / "room_rgbd", "--depth-topic", name)
+    assert code == ExitCode.NOTHING_PAIRED
+    assert f"{name} cannot be both --image-topic and --depth-topic" in page.partition("What is missing")[2]
+
+
+def test_depth_at_a_third_of_the_rate_is_no_matter_of_the_slop(tmp_path: Path, capsys) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        for number in range(12):
+            stamp_ns = START_NS + number * PERIOD_NS
+            for topic in (COLOUR, INFO) if number % 3 else (COLOUR, INFO, DEPTH):
+                writer.write(topic, sensor_message(topic, number, stamp_ns), log_ns=stamp_ns)
+    code, page = doctor(capsys, tmp_path / "bag")
+    odd = page.partition("What is odd")[2]
+    assert code == ExitCode.OK
+    assert "8 of 12 colour images find no depth image within 20 ms" in odd
+    assert "lower rate" in odd
+    assert "sync_slop_s" not in odd

@@ -157,15 +157,10 @@ def test_each_loop_of_a_recording_gives_the_same_result(long_entries, tmp_path: 
             assert (first.stamp_ns, first.state, first.keyframe_id) == (again.stamp_ns, again.state, again.keyframe_id)
             np.testing.assert_array_equal(first.T_odom_frame, again.T_odom_frame)
             np.testing.assert_array_equal(first.covariance, again.covariance)
-
-
-def test_each_loop_stands_under_its_session_in_the_trajectory(long_entries, tmp_path: Path, monkeypatch) -> None:
-    watched = watch_replay(write_entries(tmp_path / "bag", looped(long_entries, 3)), tmp_path / "out", monkeypatch)
-    text = (watched.output / "trajectory.tum").read_text()
-    titles, loops = text.split("# session ")[0], [part.split("\n", 1) for part in text.split("# session ")[1:]]
-    assert titles == ""
-    assert [number for number, _ in loops] == ["0", "1", "2"]
-    assert loops[0][1] == loops[1][1] == loops[2][1]
+    nothing, *parts = (watched.output / "trajectory.tum").read_text().split("# session ")
+    titles, texts = zip(*(part.split("\n", 1) for part in parts), strict=True)
+    assert (nothing, titles) == ("", ("0", "1", "2"))
+    assert texts[0] == texts[1] == texts[2]
 
 
 @pytest.mark.hostile("Stamps: 19-digit nanoseconds kept exactly from message to file")
@@ -189,3 +184,16 @@ def test_another_calibration_starts_a_new_session(observations) -> None:
     assert [(record.session, record.state) for record in records] == [
         (0, "STARTED"), (0, "TRACKING"), (1, "STARTED"), (1, "TRACKING"),
     ]  # fmt: skip
+
+
+@pytest.mark.hostile("CameraInfo: changes mid-run: drop keyframes, N")
+def test_a_change_of_the_calibration_is_noted_once(entries, tmp_path: Path, monkeypatch, capsys) -> None:
+    store, changed, places = message_types(), list(entries), [i for i, one in enumerate(entries) if one.topic == INFO]
+    for place in places[2::2]:  # there and back, twice
+        one = changed[place]
+        message = store.deserialize_cdr(one.data, one.type)
+        zoomed = replace(message, k=message.k * [1.1, 1, 1, 1, 1, 1, 1, 1, 1], p=np.zeros(12))
+        changed[place] = replace(one, data=bytes(store.serialize_cdr(zoomed, one.type)))
+    watched = watch_replay(write_entries(tmp_path / "bag", changed), tmp_path / "out", monkeypatch)
+    assert [record.session for record in watched.records] == [0, 0, 1, 2, 3, 4]
+    assert capsys.readouterr().err.count("found another calibration than before") == 1

@@ -101,6 +101,8 @@ def choose_topics(
     """
     candidates = _find_candidates(topics, requested, encodings or {})
     image, camera_info, geometry = _best_combination(candidates)
+    if image.name == geometry.name:
+        raise TopicError(f"{image.name} cannot be both --image-topic and --{candidates.geometry_option}-topic")
     is_depth = candidates.geometry_option == "depth"
     truth, notes = _find_truth(topics, requested.ground_truth)
     transforms = [topic for topic in topics if topic.type in TF_TYPES and topic.name.endswith("tf_static")]

@@ -24,6 +24,9 @@ from vigg_ros.tracking.observation import Calibration, ColourImage, DepthImage, 
 FLAT_DEVIATION = 3.0
 """Grey levels: an image that varies less shows nothing to match."""
 
+MOST = 0.8
+"""So large a share of the slower topic in pairs means that its stamps are fine."""
+
 SLOP_MARGIN = 1.2
 """A suggested slop is so much larger than the largest offset that should fit."""
 
@@ -150,6 +153,8 @@ def _pairing_remedy(forecast: PairingForecast) -> str:
     typical_s = float(np.percentile(np.abs(forecast.offsets_ns), 95)) / 1e9
     if np.abs(forecast.offset_ns) > 1e9:
         return f"the clocks differ by {forecast.offset_ns / 1e9:.3f} s: synchronise them and record again"
+    if forecast.paired >= MOST * forecast.followers:
+        return "the others come at a lower rate, and nearly all of them are used: these are left out"
     if forecast.paired < forecast.leaders / 2 and typical_s < 0.5:
         slop_s = np.ceil(1e3 * SLOP_MARGIN * typical_s) / 1e3
         return f"if the sensors see the same moment, add: --set pairing.sync_slop_s={slop_s:g}"

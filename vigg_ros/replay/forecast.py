@@ -22,6 +22,8 @@ class PairingForecast:
 
     leaders: int
     """Messages of the leading topic: colour images with depth images, scans with points."""
+    followers: int
+    """Messages of the other topic."""
     paired: int
     refused: int
     """Leaders with a zero, duplicate or late stamp."""
@@ -60,6 +62,7 @@ def forecast_pairing(
     settled += pairing.flush()
     return PairingForecast(
         leaders=sum(entry.topic == leader for entry in ordered),
+        followers=sum(entry.topic == follower for entry in ordered),
         paired=sum(isinstance(one, Pair) for one in settled),
         refused=refused,
         sessions=1 + max((one.loop for one in settled), default=0),

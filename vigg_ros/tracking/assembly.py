@@ -85,7 +85,7 @@ class FrameAssembler:
     def _calibrate(self, calibration: Calibration) -> None:
         old = self._calibration
         self._calibration = calibration
-        if old is not None and (old.camera, old.rectifier) != (calibration.camera, calibration.rectifier):
+        if old is not None and not old.same_camera(calibration):
             self._changes += 1
 
     def _release(self, *, at_end: bool = False) -> list[Assembled]:

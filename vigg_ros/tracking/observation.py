@@ -61,6 +61,10 @@ class Calibration:
     """A region of interest is set: an image of another size is then not a scaled one."""
     notes: tuple[Note, ...] = ()
 
+    def same_camera(self, other: Calibration) -> bool:
+        """Whether the other one, of another message, says the same of the camera."""
+        return (self.camera, self.rectifier) == (other.camera, other.rectifier)
+
     def fitted_to(self, image_shape: tuple[int, ...]) -> Calibration:
         """This calibration for images of shape (H, W, ...): itself, or scaled if the aspect is the same.
 
