@@ -64,6 +64,20 @@ def _greedy(node, order, neighbours, members):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, nogil=True)
+def _is_clique(members, size, bits):  # pragma: no cover - compiled
+    """Whether the bits hold these members and no others."""
+    count = 0
+    for word in bits:
+        count += int(_popcount(word))
+    if count != size:
+        return False
+    for a in range(size):
+        if not _has(bits, members[a]):
+            return False
+    return True
+
+
+@numba.njit(cache=True, nogil=True)
 def _pivot(candidates, excluded, neighbours):  # pragma: no cover - compiled
     """The node whose neighbours cover most candidates (Tomita 2006): the fewest branches remain."""
     best, most = -1, -1
@@ -97,7 +111,8 @@ def heaviest_cliques(neighbours, weight, order, max_work):  # pragma: no cover -
     members = np.empty(n + 1, np.int64)
     for node in range(n):
         size = _greedy(node, order[node], neighbours, members)
-        if size >= 3:
+        # In a dense graph many nodes grow the same clique; weighing it costs the square of its size.
+        if size >= 3 and not _is_clique(members, size, best[node]):
             _keep_heaviest(members, size, weight, best_weight, best)
     # Row d of each stack belongs to the clique members[:d]; branch[d] holds the nodes still to try.
     candidates = np.zeros((n + 2, words), np.uint64)
