@@ -39,7 +39,7 @@ def along(x_m: float) -> Pose:
 def rigid_frame(T_world_base: Pose, *, seed: int, scene: Scene | None = None) -> Frame:
     """What the car sees at rest; the seed draws the range noise."""
     scene = a_street() if scene is None else scene
-    image = render_image(scene, CAMERA, T_world_base @ T_BASE_CAMERA)
+    image = render_image(scene, CAMERA, T_world_base @ T_BASE_CAMERA, supersampling=1)
     points, _ = render_lidar(scene, T_world_base @ T_BASE_LIDAR, LIDAR, rng=np.random.default_rng(seed))
     return Frame.from_points(image, points, CAMERA, T_CAMERA_LIDAR)
 
@@ -50,16 +50,22 @@ def moving_frame(T_world_base: Callable[[float], Pose], *, stamp_s: float, seed:
     def lidar_at(since_stamp_s: float) -> Pose:
         return T_world_base(stamp_s + since_stamp_s) @ T_BASE_LIDAR
 
-    image = render_image(a_street(), CAMERA, T_world_base(stamp_s) @ T_BASE_CAMERA)
+    image = render_image(a_street(), CAMERA, T_world_base(stamp_s) @ T_BASE_CAMERA, supersampling=1)
     points, times_s = render_lidar(a_street(), lidar_at, LIDAR, rng=np.random.default_rng(seed))
     stamp_ns = round(stamp_s * 1e9)
     return Frame.from_points(image, points, CAMERA, T_CAMERA_LIDAR, stamp_ns=stamp_ns, times_s=times_s)
 
 
 @cache
+def frame_along(x_m: float) -> Frame:
+    """A frame on the main street; each place has noise of its own."""
+    return rigid_frame(along(x_m), seed=round(x_m) + 1000)
+
+
+@cache
 def features_along(x_m: float) -> Features:
-    """Features of a frame on the main street; each place has noise of its own."""
-    return extract(rigid_frame(along(x_m), seed=round(x_m) + 1000), CONFIG)
+    """Its features."""
+    return extract(frame_along(x_m), CONFIG)
 
 
 def lidar_motion(T_world_target_base: Pose, T_world_source_base: Pose) -> NDArray[np.float64]:
