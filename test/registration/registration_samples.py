@@ -41,7 +41,8 @@ def random_motion(rng: np.random.Generator, *, metres: float = 1.0) -> Pose:
 
 def apply(T_target_source: Pose, points: NDArray[np.floating]) -> NDArray[np.float64]:
     """Points (N, 3) moved one after another: no shortcut that could share a mistake with the code."""
-    return np.array([T_target_source[:3, :3] @ point + T_target_source[:3, 3] for point in points])
+    moved = [T_target_source[:3, :3] @ point + T_target_source[:3, 3] for point in points]
+    return np.array(moved).reshape(-1, 3)
 
 
 def error_vector(T_found: Pose, T_true: Pose) -> NDArray[np.float64]:

@@ -106,7 +106,7 @@ def test_degenerate_points_determine_nothing(points: np.ndarray) -> None:
     for seed in range(20):
         T_true = random_motion(np.random.default_rng(seed))
         T_found, determined = weighted_svd(
-            apply(T_true, points).reshape(-1, 3), points, np.linspace(0.5, 1, len(points))
+            apply(T_true, points), points, np.linspace(0.5, 1, len(points))
         )
         assert not determined
         assert np.isfinite(T_found).all()

@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Visual-guided geometric matching: the error distribution is that of the noise, the zone as wide as it says."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from registration_samples import apply, errors, matches_of, motion
+from scipy import stats
+
+from vigg_ros.registration.geometric import Landmarks
+from vigg_ros.registration.local_match import (
+    LocalMatcher,
+    error_distribution,
+    guided_fit,
+    max_zone_radius_m,
+    refit,
+    search_zone_m2,
+)
+from vigg_ros.registration.matches import Matches, no_matches
+from vigg_ros.registration.options import LocalMatchConfig
+
+T_TRUE = motion((5, -10, 20), (0.2, -0.1, 0.3))
+
+
+def noisy_matches(sigma_m: float, count: int, seed: int = 0) -> Matches:
+    """Matches whose targets are off by Gaussian noise of sigma on each axis."""
+    rng = np.random.default_rng(seed)
+    source = rng.uniform(-1, 1, (count, 3))
+    return matches_of(apply(T_TRUE, source) + rng.normal(0, sigma_m, source.shape), source)
+
+
+def test_eq_7_and_8_by_hand() -> None:
+    """Distances 0.3, 0.4 and 0 are below t = 0.5; 0.5 itself and 2 are not: sigma^2 = (0.09 + 0.16) / 3 / 3."""
+    source = np.zeros((5, 3))
+    target = np.array([(0.3, 0, 0), (0, 0.4, 0), (0, 0, 0), (0, 0, 0.5), (2, 0, 0)])
+    found = error_distribution(matches_of(target, source), np.eye(4), 0.5)
+    assert found.inliers.tolist() == [True, True, True, False, False]
+    assert found.variance_m2 == pytest.approx(0.25 / 9)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_fewer_than_three_pseudo_inliers_are_no_prior(count: int) -> None:
+    found = error_distribution(noisy_matches(0.01, count), T_TRUE, 0.1)
+    assert found.variance_m2 == math.inf
+    assert np.count_nonzero(found.inliers) == count
+
+
+@pytest.mark.parametrize("sigma_m", [0.003, 0.01, 0.02])
+def test_the_variance_of_gaussian_noise_is_found(sigma_m: float) -> None:
+    count = 4000
+    found = error_distribution(noisy_matches(sigma_m, count), T_TRUE, 0.1)
+    assert found.inliers.mean() > 0.9999, "0.1 m are five sigma and more"
+    # The mean of 3 count squares has a relative deviation of sqrt(2 / (3 count)): 1.3 %, here 4 of them.
+    assert found.variance_m2 == pytest.approx(sigma_m**2, rel=4 * math.sqrt(2 / (3 * count)))
+
+
+@pytest.mark.parametrize("gamma_squared", [2.0, 5.0, 10.0, 20.0])
+def test_the_zone_holds_the_share_that_chi_square_says(gamma_squared: float) -> None:
+    """Squared distances over sigma^2 follow chi2 with 3 degrees of freedom, so gamma^2 = 10 holds 98.1 %."""
+    count = 4000
+    matches = noisy_matches(0.01, count)
+    zone_m2 = search_zone_m2(error_distribution(matches, T_TRUE, 0.1).variance_m2, gamma_squared)
+    share = np.mean(matches.distances(T_TRUE) ** 2 <= zone_m2)
+    expected = stats.chi2(3).cdf(gamma_squared)
+    # Binomial, and the same again for the estimate of the variance; 4 deviations.
+    assert share == pytest.approx(expected, abs=4 * math.sqrt(2 * expected * (1 - expected) / count))
+
+
+def test_no_zone_is_wider_than_the_index_was_built_for() -> None:
+    config = LocalMatchConfig(gamma_squared=10.0)
+    # Pseudo-inliers lie within t = 0.1: sigma^2 < 0.01 / 3, radius < sqrt(10 * 0.01 / 3) = 0.18257.
+    assert max_zone_radius_m(0.1, config) == pytest.approx(0.182574, abs=1e-6)
+    edge = matches_of(np.tile((0.0999999, 0, 0), (9, 1)), np.zeros((9, 3)))
+    widest_m2 = search_zone_m2(error_distribution(edge, np.eye(4), 0.1).variance_m2, config.gamma_squared)
+    assert 0.999 * max_zone_radius_m(0.1, config) < math.sqrt(widest_m2) <= max_zone_radius_m(0.1, config)
+
+
+def landmarks(points: NDArray[np.floating], seed: int | None = None) -> Landmarks:
+    """Landmarks with random features, or all with the same one."""
+    features = np.ones((len(points), 33)) if seed is None else np.random.default_rng(seed).normal(size=(len(points), 33))
+    features /= np.linalg.norm(features, axis=1, keepdims=True)
+    normals = np.tile((0, 0, -1), (len(points), 1))
+    return Landmarks(points.astype(np.float32), normals.astype(np.float32), features.astype(np.float32))
+
+
+def test_an_empty_zone_drops_the_point() -> None:
+    target = landmarks(np.array([(0, 0, 2), (1, 0, 2), (2, 0, 2)]))
+    source = landmarks(np.array([(0.04, 0, 2), (1.06, 0, 2), (2, 0.049, 2), (3, 0, 2)]))
+    found = LocalMatcher(target, 0.2).match(source, np.eye(4), 0.05)
+    assert found.source_row.tolist() == [0, 2]
+    assert found.target_row.tolist() == [0, 2]
+    np.testing.assert_allclose(found.target, [(0, 0, 2), (2, 0, 2)], atol=1e-6)
+    np.testing.assert_allclose(found.source, [(0.04, 0, 2), (2, 0.049, 2)], atol=1e-6)
+    np.testing.assert_allclose(found.similarity, [1, 1], atol=1e-6)
+
+
+def test_the_zone_is_around_the_moved_point_and_the_feature_decides_in_it() -> None:
+    rng = np.random.default_rng(0)
+    source_points = rng.uniform(-1, 1, (200, 3))
+    source = landmarks(source_points, seed=1)
+    # Beside each moved point its own landmark at 8 cm, and one of another feature at 1 cm.
+    own, other = apply(T_TRUE, source_points) + (0.08, 0, 0), apply(T_TRUE, source_points) + (0, 0.01, 0)
+    points = np.concatenate((own, other)).astype(np.float32)
+    strange = landmarks(source_points, seed=2)
+    target = Landmarks(
+        points, np.concatenate((source.normals,) * 2), np.concatenate((source.features, strange.features))
+    )
+    matcher = LocalMatcher(target, 0.2)
+    wide = matcher.match(source, T_TRUE, 0.085)
+    assert (wide.target_row == wide.source_row).mean() > 0.99, "a strange feature beats the own one by chance only"
+    narrow = matcher.match(source, T_TRUE, 0.02)
+    assert np.mean(narrow.target_row == narrow.source_row + 200) > 0.95
+
+
+def test_refit_leaves_outliers_out() -> None:
+    rng = np.random.default_rng(0)
+    source = rng.uniform(-1, 1, (100, 3))
+    target = apply(T_TRUE, source)
+    target[60:] += rng.uniform(0.2, 0.5, (40, 3))
+    start = motion((0, 0, 0.5), (0.02, 0, 0)) @ T_TRUE
+    found = refit(matches_of(target, source), start, 0.1)
+    # 60 exact matches, and none of the others within the threshold: exact.
+    np.testing.assert_allclose(found, T_TRUE, atol=1e-9)
+    all_of_them = refit(matches_of(target, source), start, 10.0)
+    assert errors(all_of_them, T_TRUE)[1] > 0.02
+
+
+def test_guided_fit_corrects_what_the_prior_left_over() -> None:
+    """A prior of few and noisy matches finds the motion to centimetres; the landmarks say it to a millimetre."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-1, 1, (1500, 3))
+    source, target = landmarks(points, seed=1), landmarks(apply(T_TRUE, points), seed=1)
+    prior = noisy_matches(0.02, 20, seed=3)
+    start = motion((0.5, 0.5, -0.5), (0.02, -0.02, 0.02)) @ T_TRUE
+    config = LocalMatchConfig()
+    matcher = LocalMatcher(target, max_zone_radius_m(0.1, config))
+    found = guided_fit(matcher, source, prior, start, 0.1, config)
+    assert errors(found, T_TRUE)[1] < 0.001 < errors(start, T_TRUE)[1]
+    assert errors(found, T_TRUE)[0] < 0.1
+    # The paper's ablation: no rounds, no change.
+    untouched = guided_fit(matcher, source, prior, start, 0.1, LocalMatchConfig(iterations=0))
+    np.testing.assert_array_equal(untouched, start)
+
+
+def test_without_a_prior_the_motion_stays_as_it_came() -> None:
+    points = np.random.default_rng(0).uniform(-1, 1, (300, 3))
+    source = landmarks(points, seed=1)
+    matcher = LocalMatcher(source, 0.2)
+    start = motion((1, 0, 0), (0.01, 0, 0))
+    found = guided_fit(matcher, source, no_matches(), start, 0.1, LocalMatchConfig())
+    np.testing.assert_array_equal(found, start)
