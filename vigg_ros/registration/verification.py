@@ -23,6 +23,9 @@ MIN_KEYPOINTS = 8
 MIN_LANDMARKS = 50
 """Below these a frame is not worth a search: the needed inliers could hardly be found."""
 
+MIN_PAIRS = 100
+"""Points of the surfaces that must pair up in the refinement, or there was nothing to refine with."""
+
 TOLERANCE_VOXELS, TOLERANCE_PER_METRE = 2.0, 0.01
 """How far apart surfaces may lie and still coincide: the grid, and depth noise growing with distance."""
 
@@ -124,9 +127,13 @@ def _see(viewer: Features, other: Features, T_viewer_other: NDArray[np.float64],
     points = transform(T_viewer_other, other.landmarks.points)
     normals = other.landmarks.normals @ T_viewer_other[:3, :3].T
     distance_m = np.linalg.norm(points, axis=1)
-    squarely = np.abs(np.einsum("ni,ni->n", points, normals)) > MIN_INCIDENCE * distance_m
-    tolerance_m = TOLERANCE_VOXELS * config.geometric.voxel_size_m + TOLERANCE_PER_METRE * distance_m
-    return agreement(viewer.view.behind(points[squarely]), tolerance_m[squarely])
+    towards = -np.einsum("ni,ni->n", points, normals)
+    squarely = np.abs(towards) > MIN_INCIDENCE * distance_m
+    tolerance_m = (TOLERANCE_VOXELS * config.geometric.voxel_size_m + TOLERANCE_PER_METRE * distance_m)[squarely]
+    behind_m = viewer.view.behind(points[squarely])
+    # A surface that turns its back cannot be the one that was seen in its place.
+    behind_m[(towards[squarely] < 0) & (np.abs(behind_m) <= tolerance_m)] = -np.inf
+    return agreement(behind_m, tolerance_m)
 
 
 def contenders(candidates: list[Candidate], config: Config) -> list[Candidate]:
@@ -213,6 +220,8 @@ def _objection(fit: Fit, candidate: Candidate, evidence: Evidence, config: Confi
         return None
     if candidate.inliers < wanted.min_inliers:
         return Reason.TOO_FEW_INLIERS, f"{candidate.inliers} matches agree, expected at least {wanted.min_inliers}"
+    if fit.pairs < MIN_PAIRS:
+        return Reason.LOW_OVERLAP, f"{fit.pairs} points of the surfaces pair up, expected at least {MIN_PAIRS}"
     if evidence.overlap < wanted.min_overlap:
         return Reason.LOW_OVERLAP, f"{evidence.overlap:.1%} of the surface coincides, expected {wanted.min_overlap:.1%}"
     if evidence.consistency < wanted.min_consistency:
