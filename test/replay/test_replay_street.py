@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -30,15 +31,15 @@ JERKS = (5, 23)
 by which their scans are de-skewed, is half that of the scan itself."""
 
 
-def replay(lookup: Lookup | None = None) -> Recording:
-    """The whole bag, with its own static transforms or with others."""
+def replay(lookup: Lookup | None = None, *, frames: int = SCANS) -> Recording:
+    """The bag or its first frames, with its own static transforms or with others."""
     with BagReader(BAG) as reader:
         choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
         tree = read_extrinsics(reader, choice)
         assert tree is not None
         source = BagSource(reader, choice, CONFIG.input)
         run = Replay(CONFIG, extrinsics=lookup or tree.lookup)
-        records = list(run.run(source))
+        records = list(islice(run.run(source), frames))
     refused = source.refused + run.refused
     return Recording(BAG.name, records, run.truth, refused, list(source.notes.values()), run.frame_id)
 
@@ -96,8 +97,9 @@ def test_motion_from_frame_to_frame_is_within_the_range_noise(accuracy: Accuracy
 
 
 def test_replaying_again_gives_the_same_bytes(recording: Recording) -> None:
-    again = replay()
-    for first, second in zip(recording.frames, again.frames, strict=True):
+    again = replay(frames=8)
+    assert len(again.frames) == 8
+    for first, second in zip(recording.frames[:8], again.frames, strict=True):
         assert first.T_odom_frame is not None
         assert second.T_odom_frame is not None
         assert first.T_odom_frame.tobytes() == second.T_odom_frame.tobytes()
