@@ -11,82 +11,28 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from doctor_bags import (
+    CAMERA,
+    CLOUD,
+    COLOUR,
+    DEPTH,
+    INFO,
+    PERIOD_NS,
+    START_NS,
+    looking_along_x,
+    sensor_message,
+    without_stamp,
+    write,
+    write_static,
+)
 
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli import main
 from vigg_ros.commands.console import ExitCode
 from vigg_ros.commands.replay import add_arguments
-from vigg_ros.messages.encode import (
-    Message,
-    encode_camera_info,
-    encode_image,
-    encode_points,
-    encode_tf,
-    encode_transform,
-)
-from vigg_ros.registration.camera import Camera
+from vigg_ros.messages.encode import encode_camera_info
 
 BAGS = Path(__file__).parents[2] / "bags"
-START_NS = 1_700_000_000_123_456_789
-PERIOD_NS = 100_000_000
-CAMERA = Camera(width_px=64, height_px=48, fx_px=50.0, fy_px=50.0, cx_px=31.5, cy_px=23.5)
-COLOUR, INFO, DEPTH, CLOUD = "/cam/color/image_raw", "/cam/color/camera_info", "/cam/depth/image_raw", "/points"
-
-
-def picture(number: int) -> np.ndarray:
-    return np.random.default_rng(number).integers(0, 256, (48, 64, 3), dtype=np.uint8)
-
-
-def sensor_message(topic: str, number: int, stamp_ns: int) -> Message:
-    header = {"stamp_ns": stamp_ns, "frame_id": "lidar" if topic == CLOUD else "camera"}
-    if topic == COLOUR:
-        return encode_image(picture(number), **header)
-    if topic == INFO:
-        return encode_camera_info(CAMERA, **header)
-    if topic == DEPTH:
-        return encode_image(np.full((48, 64), 2000, np.uint16), **header)
-    # A wall 10 m ahead along x, as scanners see it, and a little beyond what the camera sees.
-    y, z = np.meshgrid(np.linspace(-8, 8, 60), np.linspace(-5, 5, 40))
-    points = np.column_stack((np.full(y.size, 10.0), y.ravel(), z.ravel()))
-    return encode_points(points, **header)
-
-
-def write(path: Path, topics: tuple[str, ...], *, offsets_ns: dict[str, int] | None = None, frames: int = 6) -> Path:
-    """A bag of these topics, 10 Hz; an offset moves the stamps of a topic."""
-    with BagWriter(path) as writer:
-        for number in range(frames):
-            for topic in topics:
-                log_ns = START_NS + number * PERIOD_NS
-                stamp_ns = log_ns + (offsets_ns or {}).get(topic, 0)
-                writer.write(topic, sensor_message(topic, number, stamp_ns), log_ns=log_ns)
-    return path
-
-
-def without_stamp(message: Message) -> Message:
-    """The same message with the stamp 0, which the encoder refuses to write."""
-    time = Message("builtin_interfaces/msg/Time", {"sec": 0, "nanosec": 0})
-    header = Message("std_msgs/msg/Header", {**message.fields["header"].fields, "stamp": time})
-    return Message(message.type, {**message.fields, "header": header})
-
-
-def write_static(path: Path, T_lidar_camera: np.ndarray) -> Path:
-    transform = encode_transform(T_lidar_camera, stamp_ns=START_NS, frame_id="lidar", child_frame_id="camera")
-    with BagWriter(path) as writer:
-        writer.write("/tf_static", encode_tf([transform]), log_ns=START_NS)
-        for number in range(6):
-            stamp_ns = START_NS + number * PERIOD_NS
-            for topic in (COLOUR, INFO, CLOUD):
-                writer.write(topic, sensor_message(topic, number, stamp_ns), log_ns=stamp_ns)
-    return path
-
-
-def looking_along_x() -> np.ndarray:
-    """T_lidar_camera of a camera (z forward) at the scanner, looking along its x."""
-    T_lidar_camera = np.eye(4)
-    T_lidar_camera[:3, :3] = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
-    return T_lidar_camera
-
-
 def doctor(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
     code = main(["doctor", *map(str, arguments)])
     return code, capsys.readouterr().out

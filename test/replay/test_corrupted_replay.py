@@ -32,6 +32,7 @@ from short_recordings import CHEAP, ROOM, Entry, Watched, short_entries, watch_r
 from vigg_ros.bags.convert import convert
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
+from vigg_ros.cli import main
 from vigg_ros.commands.console import ExitCode
 from vigg_ros.messages.header import stamp_ns
 from vigg_ros.registration.config import Config
@@ -175,12 +176,20 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> CleanRecording:
     return CleanRecording(entries, write_entries(tmp_path_factory.mktemp("clean") / "room", entries))
 
 
+def check_doctor(doctor_code: int, replay_code: int, how: str) -> Counter[str]:
+    """The doctor ends as declared; it may miss what stands behind the few messages that it decodes, no more."""
+    assert doctor_code in DECLARED - {ExitCode.USAGE}, how
+    assert (doctor_code == ExitCode.UNREADABLE) == (replay_code == ExitCode.UNREADABLE), how
+    return Counter({f"doctor {doctor_code}, replay {replay_code}": 1})
+
+
 def run_seeds(clean: CleanRecording, folder: Path, monkeypatch, capsys) -> Counter[str]:
     total: Counter[str] = Counter()
     for seed in range(SEEDS):
         bag, how = damaged_bag(clean.entries, folder / f"bag_{seed}", seed)
         watched = watch_replay(bag, folder / f"out_{seed}", monkeypatch)
         total += check(watched, bag, clean, how)
+        total += check_doctor(main(["doctor", str(bag)]), watched.exit_code, how)
         shutil.rmtree(bag)
     said = capsys.readouterr()
     assert "Traceback" not in said.err + said.out

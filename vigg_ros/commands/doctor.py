@@ -19,6 +19,7 @@ from vigg_ros.commands.replay import TOPICS, add_extrinsics_argument, add_topic_
 from vigg_ros.registration.config import Config
 from vigg_ros.replay.diagnosis import Diagnosis, Question, diagnose
 from vigg_ros.replay.findings import Finding
+from vigg_ros.replay.samples import MESSAGES
 from vigg_ros.tracking.extrinsics import Lookup
 
 HEADING = ("topic", "type", "messages", "rate", "from", "to", "largest gap", "jitter")
@@ -69,7 +70,8 @@ def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Itera
     yield f"{reader.path}: {_verdict(diagnosis, damaged=reader.damaged)}"
     yield from _section("What the bag holds", _contents(reader, diagnosis.rhythms))
     rows = [(ROLES[one.role], one.topic.name, one.description or "unusable") for one in diagnosis.samples]
-    inputs = table([("for", "topic", "first message"), *rows]).split("\n") if rows else ()
+    inputs = table([("for", "topic", "first message"), *rows]).split("\n") if rows else []
+    inputs += [f"Of each, {MESSAGES} messages were decoded; of the others only the stamps were read."] if rows else []
     yield from _section("What a replay reads", inputs)
     yield from _section("How it fits together", diagnosis.fit)
     yield from _section("What is lost", map(str, reader.losses))
