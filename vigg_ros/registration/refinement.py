@@ -63,6 +63,8 @@ class _Residuals:
     jacobian: NDArray[np.float64]
     weight: NDArray[np.float64]
     patch: NDArray[np.int64]
+    floor_m: float
+    """Standard deviation that each has at least, however well they agree."""
 
 
 class SurfaceAligner:
@@ -89,9 +91,10 @@ class SurfaceAligner:
         normals = normals + target.normals
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         value = np.einsum("ni,ni->n", target.points - moved[rows], normals)
-        weight = _robust_weight(value, floor=0.02 * self._voxel_m)
+        floor_m = 0.02 * self._voxel_m
+        weight = _robust_weight(value, floor=floor_m)
         patch = self._patches(source.points[rows])
-        return _Residuals(value, _jacobian(moved[rows], normals, T_target_source), weight, patch)
+        return _Residuals(value, _jacobian(moved[rows], normals, T_target_source), weight, patch, floor_m)
 
     def response(self, source: Surface, T_target_source: NDArray[np.float64], found: _Residuals) -> float:
         """How much of a shift along the normals is seen once the surfaces are paired anew: a share in (0, 1].
@@ -99,9 +102,9 @@ class SurfaceAligner:
         Among noisy points the nearest one hides a part of any shift, so ``found`` claims more information
         than there is. Tried with a shift of one standard deviation of the distances found, either way.
         """
-        shift = MAD_TO_SIGMA * float(np.median(np.abs(found.value))) if len(found.value) else 0.0
-        if shift == 0.0:
+        if len(found.value) == 0:
             return 1.0
+        shift = _deviation(found.value, found.floor_m)
         pull = []
         for step in (-shift, shift):
             shifted = Surface(source.points + np.float32(step) * source.normals, source.normals)
@@ -123,11 +126,16 @@ def _jacobian(
     return np.hstack((direction, np.cross(moved - T_target_source[:3, 3], direction)))
 
 
+def _deviation(value: NDArray[np.float64], floor: float) -> float:
+    """Standard deviation of values (N,), N >= 1, by their median absolute deviation, and never below the floor."""
+    return MAD_TO_SIGMA * float(np.median(np.abs(value))) + floor
+
+
 def _robust_weight(value: NDArray[np.float64], *, floor: float) -> NDArray[np.float64]:
     """Cauchy weights over the variance, whose scale is the median absolute deviation."""
     if len(value) == 0:
         return np.empty(0)
-    sigma = MAD_TO_SIGMA * float(np.median(np.abs(value))) + floor
+    sigma = _deviation(value, floor)
     return np.asarray(1.0 / (sigma**2 * (1.0 + (value / sigma) ** 2)))
 
 
@@ -140,7 +148,7 @@ def _visual_residuals(prior: Matches, T_target_source: NDArray[np.float64], floo
         [_jacobian(moved, np.broadcast_to(axis, moved.shape), T_target_source) for axis in np.eye(3)], axis=1
     ).reshape(-1, 6)
     patch = -1 - np.repeat(np.arange(len(prior)), 3)
-    return _Residuals(value.ravel(), jacobian, weight, patch)
+    return _Residuals(value.ravel(), jacobian, weight, patch, floor)
 
 
 @stage("refinement")
@@ -188,7 +196,8 @@ def _covariance(surface: _Residuals, visual: _Residuals, response: float) -> NDA
     """Cluster-robust covariance (Liang and Zeger 1986): A^-1 B A^-1, B from the summed scores of patches.
 
     Unlike A^-1 it does not take the thousand points of one patch for a thousand measurements. A is the
-    derivative of the summed scores, so the surfaces count in it as much as they respond to a motion.
+    derivative of the summed scores, so the surfaces count in it as much as they respond to a motion. Two
+    equal frames have no residuals, yet nobody knows the motion between them exactly: B holds the floors too.
     Directions without information get an infinite variance on the diagonal.
     """
     information = response * _information(surface) + _information(visual)
@@ -202,5 +211,7 @@ def _covariance(surface: _Residuals, visual: _Residuals, response: float) -> NDA
     np.add.at(sums, place, scores)
     # Patches beyond the parameters they fix, as in any estimate of a variance.
     correction = len(patches) / max(len(patches) - 6, 1)
-    sandwich = correction * A_inverse @ (sums.T @ sums) @ A_inverse
+    least = [r.jacobian * (r.weight * r.floor_m)[:, None] for r in (surface, visual)]
+    spread = correction * (sums.T @ sums) + sum(scores.T @ scores for scores in least)
+    sandwich = A_inverse @ spread @ A_inverse
     return 0.5 * (sandwich + sandwich.T)
