@@ -89,7 +89,8 @@ def test_an_unknown_option_is_refused_with_a_suggestion(name: str, suggestion: s
 def test_bounds_are_inclusive_and_hold(name: str) -> None:
     spec, _ = OPTIONS[name]
     kind, low, high = type(spec.default), spec.metadata["low"], spec.metadata["high"]
-    wide = {} if name == "geometric.max_range_m" else {"geometric.max_range_m": 1000.0}
+    # The nearest range must stay below the farthest.
+    wide = {"geometric.max_range_m": 1000.0} if name == "geometric.min_range_m" else {}
     for bound in (kind(low), kind(high)):
         changed = Config().replace({**wide, name: bound})
         assert next(value for other, _, value in changed.options() if other == name) == bound
@@ -232,3 +233,8 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bytes.yaml").write_bytes(b"\xff\xfe\x00garbage\x80")
     with pytest.raises(ConfigError, match="cannot be read as a YAML file"):
         Config.load(tmp_path / "bytes.yaml")
+
+
+def test_a_range_that_fine_cells_cannot_cover_is_refused() -> None:
+    with pytest.raises(ConfigError, match="too far for cells"):
+        Config().replace({"geometric.max_range_m": 1000.0, "geometric.voxel_size_m": 0.001})

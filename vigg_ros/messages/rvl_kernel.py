@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 
+from vigg_ros.registration.kernels.compilation import compiled
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator, unused-ignore]
+
+@compiled  # type: ignore[untyped-decorator, unused-ignore]
 def _number(payload: Any, nibble: int, max_nibbles: int) -> tuple[int, int]:
     """The number that begins at a nibble, and the nibble after it; -1 if it has no end."""
     number: Any = 0
@@ -27,7 +28,7 @@ def _number(payload: Any, nibble: int, max_nibbles: int) -> tuple[int, int]:
     return -1, nibble
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator, unused-ignore]
+@compiled  # type: ignore[untyped-decorator, unused-ignore]
 def fill_from_rvl(payload: Any, image: Any, max_nibbles: int) -> bool:
     """Fill a zeroed image (H * W,) uint16 from a stream (N,) uint8; False if it is not one of this image."""
     pixel, nibble, previous = 0, 0, 0

@@ -18,6 +18,9 @@ from vigg_ros.registration.stages import stage
 MAX_WORK = 10_000_000
 """Bound of the clique search in 64-bit word operations, about 0.1 s; at it, the heaviest cliques so far stand."""
 
+MAX_NODES = 2000
+"""Matches in a graph, the most similar first: its memory and time grow with their square and cube."""
+
 DISTINCT_ANGLE_RAD = np.deg2rad(15.0)
 DISTINCT_THRESHOLDS = 3.0
 """Two hypotheses differ when they are further apart than this angle or this many inlier thresholds."""
@@ -117,6 +120,8 @@ def _fit_cliques(matches: Matches, config: CliqueConfig) -> NDArray[np.float64]:
     """One motion for each clique that determines one: (K, 4, 4)."""
     if len(matches) < 3:
         return np.empty((0, 4, 4))
+    if len(matches) > MAX_NODES:
+        matches = matches.select(np.argsort(-matches.similarity, kind="stable")[:MAX_NODES])
     weight = compatibility(matches, config.inlier_threshold_m, config.score_threshold)
     members = find_cliques(weight)
     T_target_source, determined = weighted_svd(matches.target, matches.source, members.astype(np.float64))

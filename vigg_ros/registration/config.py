@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 import yaml
 
 from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration.limits import MAX_CELLS_PER_AXIS
 from vigg_ros.registration.options import (
     CliqueConfig,
     GeometricConfig,
@@ -50,6 +52,16 @@ class Config:
             raise ConfigError(
                 f"geometric.min_range_m is {self.geometric.min_range_m} and geometric.max_range_m is "
                 f"{self.geometric.max_range_m}; the first must be below the second"
+            )
+
+        # The shortest search radius cuts the range into cells, whose numbers must stay countable.
+        reach_m = math.sqrt(self.local_match.gamma_squared / 3) * self.cliques.inlier_threshold_m
+        cells = 2 * self.geometric.max_range_m / min(1.5 * self.geometric.voxel_size_m, reach_m)
+        if cells >= MAX_CELLS_PER_AXIS - 4:
+            raise ConfigError(
+                f"geometric.max_range_m is {self.geometric.max_range_m}, too far for cells of "
+                f"geometric.voxel_size_m {self.geometric.voxel_size_m} and cliques.inlier_threshold_m "
+                f"{self.cliques.inlier_threshold_m}; lower the range or use larger voxels"
             )
 
     def options(self) -> Iterator[tuple[str, dataclasses.Field[Any], Any]]:

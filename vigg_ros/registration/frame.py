@@ -13,6 +13,9 @@ from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.geometry import DepthMap, ProjectedScan
 
+MAX_COORDINATE_M = 1e5
+"""Points beyond are no measurements of any scanner."""
+
 MIN_PROJECTED = 50
 """Points that must fall into the image; fewer come from wrong extrinsics more often than from an open view."""
 
@@ -137,7 +140,8 @@ def _check_points(points: NDArray[np.floating]) -> NDArray[np.bool_]:
             expected="floating-point metres of shape (N, 3)",
             remedy="pass x, y and z only",
         )
-    return np.asarray(np.isfinite(points).all(axis=1))
+    # Before the cast to float32, in which greater numbers overflow; comparisons with NaN are false.
+    return np.asarray((np.abs(points) < MAX_COORDINATE_M).all(axis=1))
 
 
 def _check_times(times_s: NDArray[np.float64], count: int) -> NDArray[np.float64]:

@@ -102,7 +102,7 @@ class RefinementConfig:
 class VerificationConfig:
     """What an answer must show before it is given."""
 
-    enabled: bool = option(True, "off for the paper's method, which always answers")
+    enabled: bool = option(True, "off for the paper's method, which answers whenever a motion is determined")
     candidates: int = option(20, "different hypotheses tried until one is supported; lower for speed", low=1, high=50)
     min_overlap: float = option(
         0.10, "share of the surface that must coincide; raise to demand closer views", low=0.0, high=1.0

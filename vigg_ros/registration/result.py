@@ -55,8 +55,10 @@ class Evidence:
     """Share of both surfaces that coincides."""
     consistency: float = float("nan")
     """Coinciding share of the surface that both sensors should see."""
+    conflict: float = float("nan")
+    """Share of free space among the points that lie on a seen surface or in free space."""
     runner_up: float = float("nan")
-    """Support of the best different answer, as a share of the chosen one's; near 1 is ambiguous."""
+    """How near the best different answer comes to the chosen one; from 1 on nothing decides between them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,7 +168,7 @@ def is_supported(candidate: Candidate, config: Config) -> bool:
 
 def is_clear(candidates: list[Candidate], config: Config) -> bool:
     """Whether the visual matches alone leave no doubt between the candidates."""
-    if not config.verification.enabled or not candidates:
+    if not candidates:
         return False
     best = max(candidates, key=lambda candidate: candidate.support)
     return (
@@ -199,6 +199,7 @@ def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rej
         rmse_m=fit.rms_m,
         overlap=candidate.agreement.overlap,
         consistency=candidate.agreement.consistency,
+        conflict=candidate.agreement.conflict,
         runner_up=max(rivalry(other, candidate, pair.config) for other in candidates),
     )
     objection = _objection(fit, candidate, evidence, pair.config)

@@ -44,7 +44,7 @@ def register(target: Features, source: Features, config: Config) -> Outcome:
 
     visual = match_visual(target.keypoints, source.keypoints, config.visual)  # C_vis
     pair = Pair(target, source, visual, no_matches(), config)
-    if not config.geometric.always:
+    if config.verification.enabled and not config.geometric.always:
         answer = align_by_images(pair, evidence)
         if answer is not None:
             return answer

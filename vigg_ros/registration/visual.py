@@ -51,7 +51,7 @@ class Keypoints:
 
 
 def detect_sift(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:
-    """SIFT (Lowe 2004), strongest first, descriptors of unit length; see ``Detector``."""
+    """SIFT (Lowe 2004), the strongest, descriptors of unit length; see ``Detector``."""
     keypoints, descriptors = cv2.SIFT_create(nfeatures=max_keypoints).detectAndCompute(grey, None)
     if descriptors is None:
         return np.empty((0, 2), np.float32), np.empty((0, 128), np.float32)
@@ -60,7 +60,7 @@ def detect_sift(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np
 
 
 def detect_orb(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:
-    """ORB (Rublee 2011), strongest first, 256-bit descriptors; see ``Detector``."""
+    """ORB (Rublee 2011), the strongest, 256-bit descriptors; see ``Detector``."""
     keypoints, descriptors = (), None
     if min(grey.shape) >= ORB_PATCH_PX:  # OpenCV fails on images that vanish in its pyramid
         keypoints, descriptors = cv2.ORB_create(nfeatures=max_keypoints).detectAndCompute(grey, None)

@@ -15,9 +15,11 @@ import numpy as np
 from vigg_ros.messages.rotation import quaternion_from_rotation
 from vigg_ros.replay.record import FrameRecord
 
-EVIDENCE = ("visual_matches", "visual_inliers", "geometric_matches", "geometric_inliers", "overlap", "consistency")
+EVIDENCE = (
+    "visual_matches", "visual_inliers", "geometric_matches", "geometric_inliers", "overlap", "consistency", "conflict",
+)  # fmt: skip
 HEADER = (
-    "stamp_ns", "session", "state", "reason", "keyframe", "new_keyframe", *EVIDENCE, "rmse_m",
+    "stamp_ns", "session", "state", "reason", "keyframe", "keyframe_stamp_ns", "new_keyframe", *EVIDENCE, "rmse_m",
     "sigma_translation_m", "sigma_rotation_deg",
 )  # fmt: skip
 
@@ -61,7 +63,8 @@ def write_json(content: Mapping[str, Any], path: Path) -> None:
 
 
 def _row(record: FrameRecord) -> list[object]:
-    start = [record.stamp_ns, record.session, record.state, record.reason, _blank(record.keyframe_id)]
+    start = [record.stamp_ns, record.session, record.state, record.reason]
+    start += [_blank(record.keyframe_id), _blank(record.keyframe_stamp_ns)]
     evidence = ["", *([""] * len(EVIDENCE))]
     if record.evidence is not None:
         evidence = [_number(getattr(record.evidence, name)) for name in (*EVIDENCE, "rmse_m")]

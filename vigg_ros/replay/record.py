@@ -18,7 +18,7 @@ from vigg_ros.tracking.registrar import Estimate
 
 @dataclass(frozen=True, slots=True)
 class FrameRecord:
-    """One colour image that was received."""
+    """One frame that was received: a colour image with depth images, a scan with points."""
 
     stamp_ns: int
     session: int
@@ -35,6 +35,7 @@ class FrameRecord:
     evidence: Evidence | None
     timings_ms: dict[str, float]
     """Milliseconds per stage; decode and pairing are not in it."""
+    keyframe_stamp_ns: int | None = None
 
     @property
     def is_answered(self) -> bool:
@@ -60,6 +61,7 @@ class FrameRecord:
             T_keyframe_frame=None if answer is None else answer.T_target_source,
             evidence=None if outcome is None else outcome.evidence,
             timings_ms=estimate.timings_ms,
+            keyframe_stamp_ns=estimate.keyframe_stamp_ns,
         )
 
     @classmethod

@@ -7,13 +7,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.messages import encode
 from vigg_ros.replay.record import FrameRecord
 
+Pose = tuple[int, NDArray[np.float64]]
+"""Stamp in nanoseconds and T_odom_frame (4, 4)."""
+
 ODOM_FRAME = "odom"
 PATH_PERIOD_NS = 500_000_000
-"""A path holds all poses so far, so it is written at 2 Hz only."""
+"""A path holds poses from the start on, so it is written at 2 Hz only."""
+
+PATH_POSES = 1_000
+"""At most, thinned evenly: paths of all poses so far would let the bag grow with the square of its length,
+to gigabytes in an hour, and viewers draw no finer line."""
 
 
 def write_result_bag(records: Sequence[FrameRecord], sensor_frame: str, path: Path) -> None:
@@ -36,17 +46,26 @@ class _Track:
 
     def __init__(self) -> None:
         self._session = 0
-        self._poses: list[tuple[int, object]] = []
+        self._poses: list[Pose] = []
         self._written_ns = 0
 
     def write(self, writer: BagWriter, record: FrameRecord) -> None:
         if record.session != self._session:
             self._session, self._poses, self._written_ns = record.session, [], 0
+        assert record.T_odom_frame is not None, "the caller has checked"
         self._poses.append((record.stamp_ns, record.T_odom_frame))
         if record.stamp_ns - self._written_ns >= PATH_PERIOD_NS:
             self._written_ns = record.stamp_ns
-            message = encode.encode_path(self._poses, stamp_ns=record.stamp_ns, frame_id=ODOM_FRAME)  # type: ignore[arg-type]
+            message = encode.encode_path(thinned(self._poses), stamp_ns=record.stamp_ns, frame_id=ODOM_FRAME)
             writer.write("/registrar/path", message, log_ns=record.stamp_ns)
+
+
+def thinned(poses: Sequence[Pose]) -> list[Pose]:
+    """At most PATH_POSES, evenly spread, the first and the newest among them."""
+    if len(poses) <= PATH_POSES:
+        return list(poses)
+    rows = np.linspace(0, len(poses) - 1, PATH_POSES).round().astype(int)
+    return [poses[row] for row in rows]
 
 
 def _write_pose(writer: BagWriter, record: FrameRecord, sensor_frame: str) -> None:

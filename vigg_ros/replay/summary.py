@@ -18,12 +18,18 @@ def summary_table(recording: Recording, metrics: TrajectoryMetrics | None) -> st
         ("recording", recording.name),
         ("frames answered", f"{len(recording.answered)} of {len(recording.frames)} ({recording.coverage:.1%})"),
         *_unanswered(recording),
-        ("keyframes", str(sum(record.new_keyframe for record in recording.frames))),
+        ("keyframes", str(_keyframes(recording))),
         *(_errors(metrics.pooled) if metrics is not None else [("errors", "no ground truth to compare with")]),
         ("time per frame", _times(recording)),
     ]
     width = max(len(name) for name, _ in rows)
     return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)
+
+
+def _keyframes(recording: Recording) -> int:
+    """Those that were taken at once, and those that a later frame needed."""
+    used = {(record.session, record.keyframe_stamp_ns) for record in recording.frames if record.keyframe_stamp_ns}
+    return len(used | {(record.session, record.stamp_ns) for record in recording.frames if record.new_keyframe})
 
 
 def _unanswered(recording: Recording) -> list[tuple[str, str]]:

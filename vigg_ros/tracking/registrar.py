@@ -18,7 +18,7 @@ from vigg_ros.registration.stages import record_stages
 from vigg_ros.registration.verification import find_lack
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.tracking.chain import UncertainPose
-from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
+from vigg_ros.tracking.deskew import MAX_INTERVAL_S, deskew, mean_skew_m, velocity
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
 
 MAX_SKEW_VOXELS = 0.1
@@ -47,6 +47,8 @@ class Estimate:
     """(4, 4): p_odom = T_odom_frame @ p_frame, metres; None while lost."""
     keyframe_id: int | None
     """The reference of ``outcome``; the frame's own at the start; None while there is none."""
+    keyframe_stamp_ns: int | None
+    """When that keyframe was taken: a frame can also be made one later, when the next needs it."""
     outcome: Outcome | None
     """The registration against that keyframe or the rejection by the reference; None at the start."""
     covariance: NDArray[np.float64] | None
@@ -84,7 +86,7 @@ class Registrar:
     def __init__(self, config: Config) -> None:
         self._config = config
         self._session = 0
-        self.reset()
+        self.reset(0)
 
     @property
     def reference(self) -> Keyframe | None:
@@ -102,19 +104,20 @@ class Registrar:
         return self._attempt
 
     def reset(self, session: int | None = None) -> None:
-        """Forget everything; the next usable frame defines a new odometry frame."""
+        """Forget everything: the next usable frame defines a new odometry frame, of this session or the next one."""
+        self._session = self._session + 1 if session is None else session
         self._keyframes = KeyframeBuffer(self._config.keyframes)
         self._last: Tracked | None = None
         self._velocity: NDArray[np.float64] | None = None
         self._attempt: Attempt | None = None
         self._frames_lost = 0
-        self._session = self._session if session is None else session
 
     def step(self, frame: Frame, *, session: int | None = None) -> Estimate:
         """Register the next frame; a session other than the current one starts again."""
         if session is not None and session != self._session:
             self.reset(session)
         with record_stages() as timings_ms:
+            self._velocity = self._velocity if self._is_recent(frame.stamp_ns) else None
             seen = self._look(frame, self._velocity)
             if self._keyframes.reference is None:
                 self._attempt = seen
@@ -176,9 +179,9 @@ class Registrar:
             return State.TRACKING, reference, rejection
         if self._frames_lost == 0 and self._last is not None and self._last.frame is not reference.frame:
             # The last frame was tracked, so it is a sound reference, and the nearest there is.
-            last = self._keyframes.add(self._last.frame, self._last.features, self._last.pose)
-            outcome = register(last.features, features, self._config)
+            outcome = register(self._last.features, features, self._config)
             if isinstance(outcome, Registration):
+                last = self._keyframes.add(self._last.frame, self._last.features, self._last.pose)
                 return State.TRACKING, last, outcome
         for keyframe in self._keyframes.others(self._position(), self._config.keyframes.retries, self._frames_lost):
             outcome = register(keyframe.features, features, self._config)
@@ -186,6 +189,10 @@ class Registrar:
                 self._keyframes.make_reference(keyframe)
                 return State.RELOCALISED, keyframe, outcome
         return State.LOST, reference, rejection
+
+    def _is_recent(self, stamp_ns: int) -> bool:
+        """Whether the last tracked frame says how the sensor moves now."""
+        return self._last is not None and 0 < stamp_ns - self._last.frame.stamp_ns <= MAX_INTERVAL_S * 1e9
 
     def _velocity_to(self, pose: UncertainPose, stamp_ns: int) -> NDArray[np.float64] | None:
         if self._last is None:
@@ -223,6 +230,7 @@ class Registrar:
             state=state,
             T_odom_frame=None if pose is None else pose.T_parent_child,
             keyframe_id=None if keyframe is None else keyframe.id,
+            keyframe_stamp_ns=None if keyframe is None else keyframe.frame.stamp_ns,
             outcome=outcome,
             covariance=None if pose is None else pose.covariance,
             timings_ms=timings_ms,

@@ -2,6 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hot loops, compiled; each stands beside a plain NumPy twin (``*_plain``) that the tests compare it with.
 
-They take and return plain arrays and know nothing of frames or matches. Compiled code is cached on
-disk by numba, next to the source or, in a read-only install, in the user's cache folder.
+They take and return plain arrays and know nothing of frames or matches; see ``compilation`` for the cache.
 """

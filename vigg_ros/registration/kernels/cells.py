@@ -6,12 +6,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-MAX_CELLS_PER_AXIS = 2**20
-"""Three axes of this many cells fit one int64 key, with a margin of one cell on each side."""
+from vigg_ros.registration.kernels.compilation import compiled
+from vigg_ros.registration.limits import MAX_CELLS_PER_AXIS
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +64,7 @@ def _steps(shape: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.array([(dx * shape[1] + dy) * shape[2] for dx in (-1, 0, 1) for dy in (-1, 0, 1)], np.int64)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def runs_of_keys(around, keys, starts, known, steps):  # pragma: no cover - compiled
     """Runs (M, 9, 2) around cells by key (M,); ``known`` (C, 9, 2) are those of the occupied cells.
 

@@ -4,14 +4,15 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from vigg_ros.registration.kernels.compilation import compiled
 
 _ONE = np.uint64(1)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _popcount(x):  # pragma: no cover - compiled
     x = x - ((x >> np.uint64(1)) & np.uint64(0x5555555555555555))
     x = (x & np.uint64(0x3333333333333333)) + ((x >> np.uint64(2)) & np.uint64(0x3333333333333333))
@@ -19,12 +20,12 @@ def _popcount(x):  # pragma: no cover - compiled
     return (x * np.uint64(0x0101010101010101)) >> np.uint64(56)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _has(bits, i):  # pragma: no cover - compiled
     return (bits[i >> 6] >> np.uint64(i & 63)) & _ONE != 0
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _is_empty(bits):  # pragma: no cover - compiled
     for word in bits:  # noqa: SIM110 - numba compiles loops, not generators
         if word != 0:
@@ -32,7 +33,7 @@ def _is_empty(bits):  # pragma: no cover - compiled
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _keep_heaviest(members, size, weight, best_weight, best):  # pragma: no cover - compiled
     """Give the clique to each member that has none as heavy; equal weights keep the first found."""
     total = np.float32(0)
@@ -48,7 +49,7 @@ def _keep_heaviest(members, size, weight, best_weight, best):  # pragma: no cove
                 best[node, members[b] >> 6] |= _ONE << np.uint64(members[b] & 63)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _greedy(node, order, neighbours, members):  # pragma: no cover - compiled
     """One maximal clique: from the node, add what fits, its heaviest neighbours first. Returns its size."""
     members[0] = node
@@ -63,7 +64,7 @@ def _greedy(node, order, neighbours, members):  # pragma: no cover - compiled
     return size
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _is_clique(members, size, bits):  # pragma: no cover - compiled
     """Whether the bits hold these members and no others."""
     count = 0
@@ -71,13 +72,13 @@ def _is_clique(members, size, bits):  # pragma: no cover - compiled
         count += int(_popcount(word))
     if count != size:
         return False
-    for a in range(size):
+    for a in range(size):  # noqa: SIM110 - numba compiles loops, not generators
         if not _has(bits, members[a]):
             return False
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _pivot(candidates, excluded, neighbours):  # pragma: no cover - compiled
     """The node whose neighbours cover most candidates (Tomita 2006): the fewest branches remain."""
     best, most = -1, -1
@@ -95,7 +96,7 @@ def _pivot(candidates, excluded, neighbours):  # pragma: no cover - compiled
     return best
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def heaviest_cliques(neighbours, weight, order, max_work):  # pragma: no cover - compiled
     """Bron-Kerbosch with pivoting on bit sets, after one greedy clique per node.
 

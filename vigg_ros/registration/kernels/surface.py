@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
+from vigg_ros.registration.kernels.compilation import compiled
 
 BINS = 11
 """Bins per angle; FPFH has three angles (Rusu 2009)."""
@@ -25,7 +26,7 @@ LINE_RATIO = 1e-5
 """Variance across a patch over that along it up to which it is a line, whose normal is rounding: 1 to 300."""
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _smallest_eigenvector(xx, xy, xz, yy, yz, zz):  # pragma: no cover - compiled
     """Unit eigenvector of the smallest eigenvalue of a symmetric matrix, by the trigonometric solution."""
     mean = (xx + yy + zz) / 3.0
@@ -53,7 +54,7 @@ def _smallest_eigenvector(xx, xy, xz, yy, yz, zz):  # pragma: no cover - compile
     return x1 * scale, y1 * scale, z1 * scale
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def normals(points, starts, runs, radius):  # pragma: no cover - compiled
     """Unit normals (N, 3) float32 from the neighbours within radius, turned towards the origin.
 
@@ -103,7 +104,7 @@ def normals_plain(points: NDArray[np.float32], radius: float) -> NDArray[np.floa
     return out
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def _pair_bins(dx, dy, dz, distance, na, nb):  # pragma: no cover - compiled
     """Bins of the three angles of a point pair (Rusu 2009; the flatter normal makes the frame).
 
@@ -135,7 +136,7 @@ def _pair_bins(dx, dy, dz, distance, na, nb):  # pragma: no cover - compiled
     return a, b, c
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _count_pairs(points, starts, runs, limit):  # pragma: no cover - compiled
     total = 0
     for cell in range(len(starts) - 1):
@@ -147,7 +148,7 @@ def _count_pairs(points, starts, runs, limit):  # pragma: no cover - compiled
     return total
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def fpfh(points, normals, starts, runs, radius):  # pragma: no cover - compiled
     """FPFH (N, 33) float32 of unit length (0 without neighbours), each pair computed once.
 
@@ -185,7 +186,7 @@ def fpfh(points, normals, starts, runs, radius):  # pragma: no cover - compiled
     return _weigh(spfh, first[:k], second[:k], weight[:k])
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def _weigh(spfh, first, second, weight):  # pragma: no cover - compiled
     """Each point's own histogram plus its neighbours', by inverse squared distance, then unit length."""
     n, size = spfh.shape

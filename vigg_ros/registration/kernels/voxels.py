@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from vigg_ros.registration.kernels.compilation import compiled
 
 HALF_RANGE = 2**20
 """Voxels on each side of the origin, per axis; three axes fit one int64 key."""
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def voxel_means(points, voxel_size):  # pragma: no cover - compiled
     """Means (V, 3) float32 of points (N, 3) float32, by voxels of a grid that holds the origin as a corner.
 

@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.registration.kernels.compilation import compiled
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+
+@compiled(fastmath=True)
 def nearest_in_zone(queries, query_features, points, features, runs, radius):  # pragma: no cover - compiled
     """For each query (M, 3) the sorted target point within radius whose feature is most similar.
 
@@ -52,7 +53,7 @@ def nearest_in_zone_plain(
     return np.where(empty, -1, found), np.where(empty, 0, best).astype(np.float32)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def nearest_point(queries, points, runs, radius):  # pragma: no cover - compiled
     """For each query (M, 3) the nearest sorted point within radius: its index (M,), -1 where there is none."""
     found = np.full(len(queries), -1, np.int64)
