@@ -32,7 +32,7 @@ def shared_files():
 setup(
     name=NAME,
     version=ElementTree.parse(HERE / "package.xml").findtext("version"),
-    description="Registration of camera frames with depth (ViGG), online in ROS 2 and offline from bags",
+    description="Registration of camera frames with depth (ViGG) for ROS 2 and recorded bags",
     license="Apache-2.0",
     author="The vigg_ros authors",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import vigg_ros
 
 COMMANDS = {
-    "replay": "run a recorded bag through the node's code and report the trajectory",
+    "replay": "register all frames of a recorded bag and report the trajectory",
     "register": "register two pairs of a colour and a depth image",
     "convert": "turn a data set folder into a bag",
     "evaluate": "measure the accuracy on pairs of a data set with known poses",

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every option: its default, unit, bounds, and when to touch it.
 
-Files, command-line help, ROS descriptors and the table in the docs are generated from these
-dataclasses, so a default is written here and nowhere else.
+Files, command-line help and the tables of the docs are generated from these dataclasses, so a default is
+written here and nowhere else.
 """
 
 from __future__ import annotations
