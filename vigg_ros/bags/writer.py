@@ -50,10 +50,14 @@ _LATCHED = Qos(
 """What tf2 asks of /tf_static: who comes late gets the last message. The times are rmw's "infinite"."""
 
 
+class BagWriteError(BagError):
+    """A bag that cannot be written as asked; the user can ask for another path or storage."""
+
+
 class BagWriter:
     """A new bag in a new folder, opened by ``with``. The same messages give the same bytes.
 
-    Raises BagError when the path exists already (as a dangling symbolic link too), cannot be written,
+    Raises BagWriteError when the path exists already (as a dangling symbolic link too), cannot be written,
     or the disk is full. A bag that could not be finished has no metadata.yaml; it is left in place.
     Packing slows reading down: ``chunk`` (mcap only), ``message`` and ``file`` by zstd are for archives.
     """
@@ -67,11 +71,11 @@ class BagWriter:
     ) -> None:
         self.path = Path(path)
         if compression == "chunk" and storage != "mcap":
-            raise BagError("compression by chunk needs the storage mcap; use message or file with sqlite3")
+            raise BagWriteError("compression by chunk needs the storage mcap; use message or file with sqlite3")
         if storage == "sqlite3" and set("?#%") & set(str(self.path)):
-            raise BagError(f"{self.path}: sqlite3 bags cannot be written to paths with ?, # or %; use mcap")
+            raise BagWriteError(f"{self.path}: sqlite3 bags cannot be written to paths with ?, # or %; use mcap")
         if os.path.lexists(self.path):
-            raise BagError(f"{self.path} exists already and is not overwritten; give another path")
+            raise BagWriteError(f"{self.path} exists already and is not overwritten; give another path")
         self._writer = Writer(self.path, version=9, storage_plugin=_STORAGES[storage])
         self._writer.set_compression(_COMPRESSIONS[compression], CompressionFormat.ZSTD)
         self._connections: dict[tuple[str, str], Connection] = {}
@@ -113,5 +117,5 @@ class BagWriter:
             )
         return self._connections[key]
 
-    def _failure(self, error: Exception) -> BagError:
-        return BagError(f"{self.path} cannot be written: {error}; free space or give another path")
+    def _failure(self, error: Exception) -> BagWriteError:
+        return BagWriteError(f"{self.path} cannot be written: {error}; free space or give another path")
