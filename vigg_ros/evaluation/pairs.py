@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vigg_ros.bags.datasets import Dataset, DatasetFrame
 from vigg_ros.evaluation.metrics import rotation_error_deg, translation_error_m
 from vigg_ros.registration import Config, Features, Frame, Registration, extract, register
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration.errors import BagError, DataError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.registration.stages import record_stages
 
@@ -41,13 +41,13 @@ class PairResult:
     target: int
     source: int
     reason: str
-    """Of the rejection; empty for an answer."""
+    """Of the rejection, or the code of a frame that could not be used; empty for an answer."""
     rotation_error_deg: float
     """RE; inf without an answer."""
     translation_error_m: float
     """TE; inf without an answer."""
     timings_ms: dict[str, float]
-    """Of the registration, without the extraction of features."""
+    """Of the registration, without the extraction of features; empty if a frame could not be used."""
 
     @property
     def is_answered(self) -> bool:
@@ -108,8 +108,13 @@ class PairRunner:
         self._features: dict[int, Features] = {}
 
     def run(self, wanted: Wanted) -> PairResult:
-        """Register one pair and measure the answer."""
-        target, source = self._extract(wanted.target), self._extract(wanted.source)
+        """Register one pair and measure the answer; a frame that cannot be used costs its pairs, not the run."""
+        try:
+            target, source = self._extract(wanted.target), self._extract(wanted.source)
+        except DataError as error:
+            return _unanswered(wanted, error.code)
+        except BagError:
+            return _unanswered(wanted, "UNREADABLE")
         with record_stages() as timings_ms:
             outcome = register(target, source, self._config)
         errors = (float("inf"), float("inf"))
@@ -140,13 +145,19 @@ class PairRunner:
         )
 
 
+def _unanswered(wanted: Wanted, reason: str) -> PairResult:
+    """The result of a pair that never came to be registered."""
+    infinite = float("inf")
+    return PairResult(wanted.gap, wanted.target.number, wanted.source.number, reason, infinite, infinite, {})
+
+
 def summarise(results: Sequence[PairResult], limits: Limits) -> Mapping[str, object]:
     """Medians over all pairs, failures included; recall, coverage and wrong answers in percent or number."""
     rotation = np.array([result.rotation_error_deg for result in results])
     translation = np.array([result.translation_error_m for result in results])
     answered = sum(result.is_answered for result in results)
     right = sum(result.is_right(limits) for result in results)
-    times = [sum(result.timings_ms.values()) for result in results]
+    times = [sum(result.timings_ms.values()) for result in results if result.timings_ms]
     return {
         "pairs": len(results),
         "RE deg": f"{np.median(rotation):.3g}",
@@ -156,6 +167,6 @@ def summarise(results: Sequence[PairResult], limits: Limits) -> Mapping[str, obj
         "wrong": answered - right,
         "Acc deg": "/".join(f"{100 * np.mean(rotation < limit):.0f}" for limit in limits.accuracy_deg),
         "Acc m": "/".join(f"{100 * np.mean(translation < limit):.0f}" for limit in limits.accuracy_m),
-        "ms": f"{np.median(times):.0f}",
-        "ms p95": f"{np.percentile(times, 95):.0f}",
+        "ms": f"{np.median(times):.0f}" if times else "-",
+        "ms p95": f"{np.percentile(times, 95):.0f}" if times else "-",
     }
