@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+import yaml
+
 from vigg_ros.commands.configuration import add_config_arguments, load_config
 from vigg_ros.commands.console import ExitCode
 from vigg_ros.registration.config import Config
@@ -54,4 +56,5 @@ def _bounds(meta: object) -> str:
 
 
 def _yaml(value: object) -> str:
-    return {True: "true", False: "false"}[value] if isinstance(value, bool) else str(value)
+    """As YAML writes it: Python's 5e-05 would be read back as a text."""
+    return str(yaml.safe_dump(value)).removesuffix("...\n").strip()
