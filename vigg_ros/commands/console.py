@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import sys
 import time
+from argparse import ArgumentTypeError
 from collections.abc import Sequence
 from enum import IntEnum
 from types import TracebackType
@@ -30,6 +32,22 @@ class ExitCode(IntEnum):
 
 class UsageError(ViggError):
     """The command was asked for something that cannot be done as asked."""
+
+
+def positive_int(text: str) -> int:
+    """For argparse: a whole number from 1 on."""
+    value = int(text)
+    if value < 1:
+        raise ArgumentTypeError(f"{text} is not a positive number")
+    return value
+
+
+def positive_float(text: str) -> float:
+    """For argparse: a finite number above 0."""
+    value = float(text)
+    if not 0 < value < math.inf:  # nor does NaN pass
+        raise ArgumentTypeError(f"{text} is not a positive number")
+    return value
 
 
 class Progress:

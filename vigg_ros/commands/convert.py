@@ -8,7 +8,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 
 from vigg_ros.bags.convert import LAYOUTS, convert
-from vigg_ros.commands.console import ExitCode, Progress, table
+from vigg_ros.commands.console import ExitCode, Progress, positive_float, table
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -21,8 +21,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"), help="pixels, where no file tells"
     )
-    parser.add_argument("--depth-scale", type=float, metavar="UNITS", help="units of the depth images per metre")
-    parser.add_argument("--rate", type=float, metavar="HZ", help="of numbered images without stamps")
+    parser.add_argument("--depth-scale", type=positive_float, metavar="UNITS", help="of the depth images per metre")
+    parser.add_argument("--rate", type=positive_float, metavar="HZ", help="of numbered images without stamps")
 
 
 def run(arguments: Namespace) -> ExitCode:

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import csv
 from argparse import ArgumentParser, Namespace
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 from vigg_ros.bags.convert import LAYOUTS, open_dataset
 from vigg_ros.commands.configuration import add_config_arguments, load_config
-from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine, table
+from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
 from vigg_ros.evaluation.pairs import INDOOR, OUTDOOR, PairResult, PairRunner, pairs_at, pairs_listed, summarise
 
 
@@ -20,8 +21,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("what", choices=("pairs",), help="pairs: frames k and k + gap of a folder with poses")
     parser.add_argument("layout", choices=list(LAYOUTS), help="how the folder is arranged")
     parser.add_argument("folder", help="the data set")
-    parser.add_argument("--gaps", type=int, nargs="+", default=[20, 60, 120], help="frames apart (%(default)s)")
-    parser.add_argument("--every", type=int, default=10, help="every so manyth source frame (default: %(default)s)")
+    parser.add_argument("--gaps", type=positive_int, nargs="+", default=[20, 60, 120], help="in frames (%(default)s)")
+    parser.add_argument(
+        "--every", type=positive_int, default=10, help="every so manyth source frame (default: %(default)s)"
+    )
     parser.add_argument("--truth-pairs", metavar="FILE", help="pairs with refined poses: target source and 16 numbers")
     parser.add_argument("--within-view", action="store_true", help="only the points that the camera sees")
     parser.add_argument("--csv", metavar="FILE", help="a new file with a row for each pair")
@@ -55,6 +58,9 @@ def run(arguments: Namespace) -> ExitCode:
     machine = describe_machine()
     print(f"recall at {limits.recall_deg:g} deg and {100 * limits.recall_m:g} cm; medians count failures")
     print(f"ms is the registration alone, on {machine['cores']} cores of {machine['processor']}")
+    reasons = Counter(result.reason for result in results if not result.is_answered)
+    if reasons:
+        print("without an answer: " + ", ".join(f"{reason} {count}" for reason, count in reasons.most_common()))
     print(table([list(rows[0]), *(list(row.values()) for row in rows)]))
     return ExitCode.OK
 
