@@ -12,6 +12,7 @@ import pytest
 from vigg_ros.cli import main
 from vigg_ros.commands.configuration import load_config
 from vigg_ros.commands.console import ExitCode
+from vigg_ros.registration.config import Config
 
 BAG = Path(__file__).parents[2] / "bags" / "room_rgbd"
 
@@ -69,3 +70,24 @@ def test_options_that_contradict_each_other_are_refused_together(tmp_path: Path,
 @pytest.mark.parametrize("text", ["visual.top_k", "visual.top_k=[", "visual.top_k=3=4"])
 def test_what_is_no_assignment_is_refused(text: str, tmp_path: Path, capsys) -> None:
     assert "visual.top_k" in refused(capsys, tmp_path / "out", "--set", text)
+
+
+@pytest.mark.parametrize("value", ["0.00005", "1e-4", "0.001", "1"])
+def test_a_printed_configuration_is_read_back(value: str, tmp_path: Path, capsys) -> None:
+    assert main(["config", "--set", f"input.depth_scale_m={value}", "--set", "verification.enabled=false"]) == 0
+    (tmp_path / "mine.yaml").write_text(capsys.readouterr().out)
+    config = load_config(Namespace(config=str(tmp_path / "mine.yaml"), set=[]))
+    assert config.input.depth_scale_m == float(value)
+    assert not config.verification.enabled
+
+
+@pytest.mark.parametrize("name", ["nowhere.yaml", "./rgbd", "lidar.yml", "nowhere/mine"])
+def test_a_missing_file_is_called_missing(name: str, tmp_path: Path, capsys) -> None:
+    assert f"{name} does not exist" in refused(capsys, tmp_path / "out", "--config", name)
+
+
+def test_a_file_does_not_hide_a_preset(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "lidar").write_text("visual:\n  top_k: 7\n")
+    monkeypatch.chdir(tmp_path)
+    assert load_config(Namespace(config="lidar", set=[])) == Config.preset("lidar")
+    assert load_config(Namespace(config="./lidar", set=[])).visual.top_k == 7

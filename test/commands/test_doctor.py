@@ -33,6 +33,8 @@ from vigg_ros.commands.replay import add_arguments
 from vigg_ros.messages.encode import encode_camera_info
 
 BAGS = Path(__file__).parents[2] / "bags"
+
+
 def doctor(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
     code = main(["doctor", *map(str, arguments)])
     return code, capsys.readouterr().out
@@ -233,3 +235,11 @@ def test_depth_at_a_third_of_the_rate_is_no_matter_of_the_slop(tmp_path: Path, c
     assert "8 of 12 colour images find no depth image within 20 ms" in odd
     assert "lower rate" in odd
     assert "sync_slop_s" not in odd
+
+
+def test_the_help_says_where_the_configuration_comes_from(capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["doctor", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "(default: by what the bag holds)" in shown
+    assert "None" not in shown

@@ -9,6 +9,7 @@ import time
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -20,12 +21,20 @@ import numpy as np
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
 from vigg_ros.commands.configuration import add_config_arguments, load_config
-from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine, table
+from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
+from vigg_ros.commands.replay import (
+    add_extrinsics_argument,
+    add_topic_arguments,
+    find_extrinsics,
+    requested_topics,
+)
 from vigg_ros.messages.inputs import InputDecoder
 from vigg_ros.registration.config import Config
+from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
-from vigg_ros.replay.source import BagSource, RefusedMessage, message_roles, read_extrinsics
-from vigg_ros.tracking.assembly import FrameAssembler, SyncedFrame
+from vigg_ros.replay.source import BagSource, RefusedMessage, message_roles
+from vigg_ros.tracking.assembly import Assembled, FrameAssembler, SyncedFrame
+from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.observation import StampedPose
 from vigg_ros.tracking.registrar import Registrar
 
@@ -42,17 +51,20 @@ Times = dict[str, list[float]]
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg benchmark``."""
     parser.add_argument("bag", help="a recording of at least a few frames")
-    parser.add_argument("--frames", type=int, default=60, help="frames measured at most (default: %(default)s)")
+    parser.add_argument("--frames", type=positive_int, default=60, help="measured at most (default: %(default)s)")
     add_config_arguments(parser)
+    add_extrinsics_argument(parser)
+    add_topic_arguments(parser)
 
 
 def run(arguments: Namespace) -> ExitCode:
     """Measure and print tables of medians and p95."""
     config = load_config(arguments)
     with BagReader(Path(arguments.bag)) as reader:
-        choice = choose_topics(reader.topics, encodings=reader.encodings())
+        choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
+        extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
         decoding = time_decoding(reader, choice, config)
-        frames = list(islice(read_frames(reader, choice, config), arguments.frames + WARM_UP))
+        frames = list(islice(read_frames(reader, choice, config, extrinsics), arguments.frames + WARM_UP))
     if len(frames) <= WARM_UP:
         raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP}")
     stages, sift_ms = time_frames(frames, config)
@@ -65,13 +77,17 @@ def run(arguments: Namespace) -> ExitCode:
     return ExitCode.OK
 
 
-def read_frames(reader: BagReader, choice: TopicChoice, config: Config) -> Iterator[Frame]:
+def read_frames(reader: BagReader, choice: TopicChoice, config: Config, extrinsics: Lookup | None) -> Iterator[Frame]:
     """The frames that a replay would register."""
-    tree = None if choice.points is None else read_extrinsics(reader, choice)
-    assembler = FrameAssembler(config.pairing, None if tree is None else tree.lookup)
+    assembler = FrameAssembler(config.pairing, extrinsics)
     for item in BagSource(reader, choice, config.input):
         if not isinstance(item, (RefusedMessage, StampedPose)):
-            yield from (made.frame for made in assembler.add(item) if isinstance(made, SyncedFrame))
+            yield from _made(assembler.add(item))
+    yield from _made(assembler.flush())
+
+
+def _made(assembled: list[Assembled]) -> Iterator[Frame]:
+    return (one.frame for one in assembled if isinstance(one, SyncedFrame))
 
 
 def time_frames(frames: list[Frame], config: Config) -> tuple[Times, list[float]]:
@@ -95,12 +111,13 @@ def time_frames(frames: list[Frame], config: Config) -> tuple[Times, list[float]
 
 
 def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Times:
-    """Message to observation, for each topic."""
+    """Message to observation, for each topic; messages that are refused are left out, as in a replay."""
     decoder = InputDecoder(config.input, choice.image.name)
     times: Times = defaultdict(list)
     for topic, role in message_roles(choice).items():
         for item in islice(reader.messages([topic], order="log"), MESSAGES):
-            times[f"{topic} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
+            with suppress(DataError):
+                times[f"{topic} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
     return times
 
 

@@ -18,13 +18,13 @@ _EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 """YAML 1.1 takes 1e-5, without a point or without a sign, for text."""
 
 
-def add_config_arguments(parser: ArgumentParser) -> None:
-    """--config and --set."""
+def add_config_arguments(parser: ArgumentParser, *, default: str | None = "rgbd") -> None:
+    """--config and --set; without a default the command finds the preset itself."""
     parser.add_argument(
         "--config",
-        default="rgbd",
+        default=default,
         metavar="NAME_OR_FILE",
-        help=f"a preset ({', '.join(PRESETS)}) or a YAML file (default: %(default)s)",
+        help=f"a preset ({', '.join(PRESETS)}) or a YAML file (default: {default or 'by what the bag holds'})",
     )
     parser.add_argument(
         "--set",
@@ -37,9 +37,17 @@ def add_config_arguments(parser: ArgumentParser) -> None:
 
 def load_config(arguments: Namespace) -> Config:
     """Command line over file over default. Raises ConfigError."""
-    name = arguments.config
-    config = Config.load(name) if Path(name).is_file() else Config.preset(name)
-    return config.replace(dict(map(_assignment, arguments.set)))
+    return _named(arguments.config).replace(dict(map(_assignment, arguments.set)))
+
+
+def _named(name: str) -> Config:
+    """A preset or a file; presets come first, lest a file that happens to lie here changes what they mean."""
+    path = Path(name)
+    if name in PRESETS or not (path.suffix or "/" in name or path.exists()):
+        return Config.preset(name)
+    if not path.exists():
+        raise ConfigError(f"--config {name} does not exist; give a file or one of {', '.join(PRESETS)}")
+    return Config.load(path)
 
 
 def _assignment(text: str) -> tuple[str, Any]:

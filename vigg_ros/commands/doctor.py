@@ -15,7 +15,13 @@ from vigg_ros.bags.rhythm import Rhythm
 from vigg_ros.bags.topics import TopicChoice, TopicRequest
 from vigg_ros.commands.configuration import add_config_arguments, load_config
 from vigg_ros.commands.console import ExitCode, table
-from vigg_ros.commands.replay import TOPICS, add_extrinsics_argument, add_topic_arguments, find_extrinsics
+from vigg_ros.commands.replay import (
+    TOPICS,
+    add_extrinsics_argument,
+    add_topic_arguments,
+    find_extrinsics,
+    requested_topics,
+)
 from vigg_ros.registration.config import Config
 from vigg_ros.replay.diagnosis import Diagnosis, Question, diagnose
 from vigg_ros.replay.findings import Finding
@@ -35,10 +41,9 @@ ROLES = {
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg doctor``: those of a replay that change what it reads."""
     parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
-    add_config_arguments(parser)
+    add_config_arguments(parser, default=None)
     add_extrinsics_argument(parser)
     add_topic_arguments(parser)
-    parser.set_defaults(config=None)
 
 
 def run(arguments: Namespace) -> ExitCode:
@@ -61,8 +66,7 @@ def _question(arguments: Namespace, reader: BagReader) -> Question:
             return None
         return find_extrinsics(arguments.extrinsics, reader, choice)
 
-    requested = TopicRequest(**{name: getattr(arguments, f"{name}_topic") for name in TOPICS})
-    return Question(requested, find_config, extrinsics_of)
+    return Question(requested_topics(arguments), find_config, extrinsics_of)
 
 
 def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Iterator[str]:

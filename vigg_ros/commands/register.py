@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.commands.configuration import add_config_arguments, load_config
-from vigg_ros.commands.console import ExitCode, UsageError, table
+from vigg_ros.commands.console import ExitCode, UsageError, positive_float, table
+from vigg_ros.commands.replay import add_extrinsics_argument, given_extrinsics
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.result import Evidence, Outcome
@@ -41,11 +42,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--intrinsics", type=float, nargs=4, required=True, metavar=("FX", "FY", "CX", "CY"), help="pixels, rectified"
     )
     parser.add_argument(
-        "--depth-scale", type=float, default=1000.0, metavar="UNITS", help="units per metre (default: %(default)g)"
+        "--depth-scale",
+        type=positive_float,
+        default=1000.0,
+        metavar="UNITS",
+        help="units per metre (default: %(default)g)",
     )
-    parser.add_argument(
-        "--extrinsics", metavar="FILE", help="T_camera_points, 4 x 4 numbers in a text file; needed for scans"
-    )
+    add_extrinsics_argument(parser, "needed for scans")
     parser.add_argument("--output", metavar="DIR", help="a new folder for the pictures (default: vigg_register_TIME)")
     add_config_arguments(parser)
 
@@ -75,8 +78,10 @@ def read_frame(image_path: Path, depth_path: Path, arguments: Namespace) -> Fram
     camera = Camera(image.shape[1], image.shape[0], fx_px, fy_px, cx_px, cy_px)
     if depth_path.suffix in SCAN_SUFFIXES:
         if arguments.extrinsics is None:
-            raise UsageError("a scan needs --extrinsics FILE: where the points are in the camera's frame")
-        return Frame.from_points(image, read_scan(depth_path), camera, read_matrix(Path(arguments.extrinsics)))
+            raise UsageError(
+                "a scan needs --extrinsics X Y Z QX QY QZ QW: where the camera stands in the frame of the points"
+            )
+        return Frame.from_points(image, read_scan(depth_path), camera, given_extrinsics(arguments.extrinsics))
     return Frame.from_depth(image, read_depth_m(depth_path, arguments.depth_scale), camera)
 
 
@@ -97,16 +102,8 @@ def read_scan(path: Path) -> NDArray[np.float32]:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False)[:, :3], np.float32)
         return np.fromfile(path, np.float32).reshape(-1, 4)[:, :3]
-    except (OSError, ValueError, IndexError) as error:
+    except (OSError, EOFError, ValueError, IndexError) as error:
         raise UsageError(f"{path} cannot be read as a scan: {error}") from error
-
-
-def read_matrix(path: Path) -> NDArray[np.float64]:
-    """A 4 x 4 matrix of text. Raises UsageError."""
-    try:
-        return np.loadtxt(path).reshape(4, 4)
-    except (OSError, ValueError) as error:
-        raise UsageError(f"{path} does not hold 4 x 4 numbers: {error}") from error
 
 
 def describe(outcome: Outcome, timings_ms: dict[str, float]) -> str:

@@ -52,14 +52,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_topic_arguments(parser)
 
 
-def add_extrinsics_argument(parser: ArgumentParser) -> None:
-    """--extrinsics."""
+def add_extrinsics_argument(parser: ArgumentParser, use: str = "instead of /tf_static") -> None:
+    """--extrinsics, with what it is good for."""
     parser.add_argument(
         "--extrinsics",
         type=float,
         nargs=7,
         metavar=("X", "Y", "Z", "QX", "QY", "QZ", "QW"),
-        help="where the camera (optical frame) stands in the frame of the points, instead of /tf_static",
+        help=f"where the camera (optical frame) stands in the frame of the points, {use}",
     )
 
 
@@ -70,6 +70,11 @@ def add_topic_arguments(parser: ArgumentParser) -> None:
         parser.add_argument(option, metavar="TOPIC", help="where several could be meant")
 
 
+def requested_topics(arguments: Namespace) -> TopicRequest:
+    """What --image-topic and its siblings ask for."""
+    return TopicRequest(**{name: getattr(arguments, f"{name}_topic") for name in TOPICS})
+
+
 def run(arguments: Namespace) -> ExitCode:
     """Replay, write, and say where; raises the package's errors for what cannot be replayed."""
     config = load_config(arguments)
@@ -78,8 +83,7 @@ def run(arguments: Namespace) -> ExitCode:
     truth = read_truth(Path(arguments.ground_truth)) if arguments.ground_truth else None
     gallery = Gallery(config)
     with BagReader(bag) as reader:
-        requested = TopicRequest(**{name: getattr(arguments, f"{name}_topic") for name in TOPICS})
-        choice = choose_topics(reader.topics, requested, encodings=reader.encodings())
+        choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
         extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
         source = BagSource(reader, choice, config.input)
         replay = Replay(config, gallery.offer, extrinsics=extrinsics)
@@ -96,29 +100,38 @@ def run(arguments: Namespace) -> ExitCode:
         frame_id=replay.frame_id,
     )
     if sum(record.state != "REFUSED" for record in records) < MIN_FRAMES and not interrupted:
-        _say_nothing_paired(recording)
+        _say_nothing_paired(recording, _leaders(choice))
         return ExitCode.NOTHING_PAIRED
     _write(recording, gallery, output, with_bag=arguments.output_bag)
     if interrupted:
         return ExitCode.INTERRUPTED
+    if len(recording.answered) < MIN_FRAMES:
+        _say_nothing_answered(recording, _leaders(choice))
+        return ExitCode.NOTHING_PAIRED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
 
 
 def find_extrinsics(given: list[float] | None, reader: BagReader, choice: TopicChoice) -> Lookup:
     """Where the scan's points are in the camera's frame: as given, or by the bag. Raises UsageError."""
     if given is not None:
-        x, y, z, *quaternion = given
-        try:
-            T_camera_points = inverse(pose_matrix((x, y, z), tuple(quaternion)))
-        except ValueError as error:
-            raise UsageError(f"--extrinsics: {error}") from error
-        return fixed(T_camera_points)
+        return fixed(given_extrinsics(given))
     tree = read_extrinsics(reader, choice)
     if tree is None:
         raise UsageError(
             "the bag has no /tf_static that says where the camera stands; give it with --extrinsics X Y Z QX QY QZ QW"
         )
     return tree.lookup
+
+
+def given_extrinsics(given: list[float]) -> NDArray[np.float64]:
+    """T_camera_points (4, 4) of the seven numbers of --extrinsics. Raises UsageError."""
+    x, y, z, *quaternion = given
+    if not np.isfinite(given).all():
+        raise UsageError(f"--extrinsics: found {given}, expected finite numbers")
+    try:
+        return inverse(pose_matrix((x, y, z), tuple(quaternion)))
+    except ValueError as error:
+        raise UsageError(f"--extrinsics: {error}") from error
 
 
 def pose_matrix(position: tuple[float, ...], quaternion: tuple[float, ...]) -> NDArray[np.float64]:
@@ -159,12 +172,25 @@ def _output_folder(asked: str | None, bag: Path) -> Path:
     return output
 
 
-def _say_nothing_paired(recording: Recording) -> None:
+def _leaders(choice: TopicChoice) -> str:
+    """The messages of which each should become a frame."""
+    return "colour images" if choice.points is None else "scans"
+
+
+def _say_nothing_paired(recording: Recording, leaders: str) -> None:
     reasons = ", ".join(f"{code} {count}" for code, count in recording.refused.most_common())
     _print_notes(recording)
     print(
-        f"vigg replay: {len(recording.frames)} colour images, but fewer than {MIN_FRAMES} frames with depth could be "
-        f"made of them (refused: {reasons or 'none'}); `vigg doctor` says what is missing",
+        f"vigg replay: {len(recording.frames)} {leaders}, but fewer than {MIN_FRAMES} frames could be made of them "
+        f"(refused: {reasons or 'none'}); `vigg doctor` says what is missing",
+        file=sys.stderr,
+    )
+
+
+def _say_nothing_answered(recording: Recording, leaders: str) -> None:
+    print(
+        f"vigg replay: {len(recording.answered)} of {len(recording.frames)} {leaders} got a pose, fewer than the "
+        f"{MIN_FRAMES} of a motion; frames.csv and the report say why",
         file=sys.stderr,
     )
 
