@@ -142,16 +142,16 @@ def test_an_integer_is_accepted_for_a_real_number() -> None:
 def test_the_constructor_checks_as_replace_does() -> None:
     with pytest.raises(ConfigError, match="seed is 'abc', expected int"):
         Config(seed="abc")  # type: ignore[arg-type]
-    with pytest.raises(ConfigError, match="cliques.inlier_threshold_m is nan"):
+    with pytest.raises(ConfigError, match=r"cliques\.inlier_threshold_m is nan"):
         Config(cliques=CliqueConfig(inlier_threshold_m=math.nan))
-    with pytest.raises(ConfigError, match="sample_k is 5000.0, expected int"):
+    with pytest.raises(ConfigError, match=r"sample_k is 5000\.0, expected int"):
         Config(geometric=GeometricConfig(sample_k=5000.0))  # type: ignore[arg-type]
 
 
 @pytest.mark.hostile("Parameters: inconsistent set refused as a whole")
 def test_an_inconsistent_set_is_refused_as_a_whole() -> None:
     config = Config()
-    with pytest.raises(ConfigError, match="min_range_m is 9.0 and geometric.max_range_m is 8.0"):
+    with pytest.raises(ConfigError, match=r"min_range_m is 9\.0 and geometric\.max_range_m is 8\.0"):
         config.replace({"geometric.min_range_m": 9.0, "visual.top_k": 10})
     with pytest.raises(ConfigError, match="the first must be below the second"):
         config.replace({"geometric.min_range_m": 8.0})

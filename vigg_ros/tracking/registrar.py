@@ -47,8 +47,6 @@ class Estimate:
     """(4, 4): p_odom = T_odom_frame @ p_frame, metres; None while lost."""
     keyframe_id: int | None
     """The reference of ``outcome``; the frame's own at the start; None while there is none."""
-    keyframe_stamp_ns: int | None
-    """When that keyframe was taken: a frame can also be made one later, when the next needs it."""
     outcome: Outcome | None
     """The registration against that keyframe or the rejection by the reference; None at the start."""
     covariance: NDArray[np.float64] | None
@@ -59,6 +57,8 @@ class Estimate:
     """Estimates of different sessions have no odometry frame in common."""
     new_keyframe: bool
     """Whether this frame became the reference of the following ones."""
+    keyframe_stamp_ns: int | None = None
+    """When the reference of ``outcome`` was taken: a frame can be made one later, when the next one needs it."""
 
 
 @dataclass(frozen=True, slots=True)
