@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.registration import Camera, Frame, Registration
+from vigg_ros.registration import Camera, Config, Features, Frame, Registration, extract
 from vigg_ros.registration.matches import Matches
 from vigg_ros.worlds import ImageNoise, KinectNoise, Light, Scene, render_rgbd
 from vigg_ros.worlds.canvas import vivid
@@ -22,8 +22,15 @@ from vigg_ros.worlds.surfaces import Cylinder, Rectangle, Sphere, Surface, box
 CAMERA = Camera(width_px=160, height_px=120, fx_px=138.5, fy_px=138.5, cx_px=79.5, cy_px=59.5)
 """The field of view of a Kinect at a quarter of its size: a frame takes a tenth of a second."""
 
-EYE = np.array((-1.0, 0.2, 1.4))
-"""A place in the rendered room from which it is seen in all its depth."""
+EYE, TARGET = np.array((-1.0, 0.2, 1.4)), np.array((1.5, 0.1, 0.8))
+"""A place in the rendered room, and one to look at from there, over table and shelves."""
+
+
+def looking(
+    eye: Sequence[float] = (0, 0, 0), target: Sequence[float] = (0, 0, 0), roll_deg: float = 0.0
+) -> NDArray[np.float64]:
+    """T_world_camera in the room: from EYE to TARGET, both shifted by some metres."""
+    return look_at(EYE + eye, TARGET + target, roll_deg)
 
 
 def motion(rotation_deg: Sequence[float], translation_m: Sequence[float]) -> Pose:
@@ -69,20 +76,49 @@ def answer(outcome: object) -> Registration:
     return outcome
 
 
-def render_frame(scene: Scene, T_world_camera: Pose, *, seed: int | None, gain: float = 1.0) -> Frame:
-    """What the camera sees; with a seed, through the noise of a Kinect and of an image sensor."""
-    image, depth_m = render_rgbd(scene, CAMERA, T_world_camera)
-    return noisy(image, depth_m, seed=seed, gain=gain)
+class Studio:
+    """A scene and its camera: a pose is rendered once, and measured as often as there are draws of noise."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._views: dict[bytes, tuple[NDArray[np.uint8], NDArray[np.float32]]] = {}
+        self._features: dict[tuple[bytes, int | None], Features] = {}
+
+    def view(self, T_world_camera: Pose) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Exact image and depth."""
+        key = T_world_camera.tobytes()
+        if key not in self._views:
+            self._views[key] = render_rgbd(self.scene, CAMERA, T_world_camera)
+        return self._views[key]
+
+    def frame(self, T_world_camera: Pose, seed: int | None = None, *, gain: float = 1.0) -> Frame:
+        """As a Kinect measures it with the noise of ``seed``; exactly without one."""
+        image, depth_m = self.view(T_world_camera)
+        return noisy(image, depth_m, seed=seed, gain=gain)
+
+    def features(self, T_world_camera: Pose, seed: int | None = None) -> Features:
+        """Features of ``frame`` with the default configuration."""
+        key = T_world_camera.tobytes(), seed
+        if key not in self._features:
+            self._features[key] = extract(self.frame(T_world_camera, seed), Config())
+        return self._features[key]
+
+
+def measured(
+    image: NDArray[np.uint8], depth_m: NDArray[np.float32], *, seed: int, gain: float = 1.0
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """A rendered view through the noise of a Kinect and of an image sensor, in its draw ``seed``."""
+    rng = np.random.default_rng(seed)
+    depth_m = KinectNoise().apply(depth_m, CAMERA, rng)
+    return ImageNoise(gain=gain).apply(image, rng), depth_m
 
 
 def noisy(
     image: NDArray[np.uint8], depth_m: NDArray[np.float32], *, seed: int | None, gain: float = 1.0
 ) -> Frame:
-    """A rendered view as the sensor measures it in its draw of noise ``seed``."""
+    """The frame of a rendered view as it is measured; exact without a seed."""
     if seed is not None:
-        rng = np.random.default_rng(seed)
-        depth_m = KinectNoise().apply(depth_m, CAMERA, rng)
-        image = ImageNoise(gain=gain).apply(image, rng)
+        image, depth_m = measured(image, depth_m, seed=seed, gain=gain)
     return Frame.from_depth(image, depth_m, CAMERA)
 
 

@@ -82,7 +82,9 @@ def test_no_zone_is_wider_than_the_index_was_built_for() -> None:
 
 def landmarks(points: NDArray[np.floating], seed: int | None = None) -> Landmarks:
     """Landmarks with random features, or all with the same one."""
-    features = np.ones((len(points), 33)) if seed is None else np.random.default_rng(seed).normal(size=(len(points), 33))
+    features = np.ones((len(points), 33))
+    if seed is not None:
+        features = np.random.default_rng(seed).normal(size=features.shape)
     features /= np.linalg.norm(features, axis=1, keepdims=True)
     normals = np.tile((0, 0, -1), (len(points), 1))
     return Landmarks(points.astype(np.float32), normals.astype(np.float32), features.astype(np.float32))

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The last step: exact on exact data, honest about noise, and silent about what nothing determines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from registration_samples import Studio, answer, apply, error_vector, errors, looking, motion
+from scipy import stats
+
+from vigg_ros.registration import Config, Evidence, Reason, Rejection, extract, register
+from vigg_ros.registration.geometric import Surface
+from vigg_ros.registration.matches import Matches, no_matches
+from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
+from vigg_ros.registration.verification import Pair, judge
+from vigg_ros.registration.visual import match_visual
+from vigg_ros.worlds import HandheldLoop
+from vigg_ros.worlds.poses import Pose
+
+CONFIG = Config()
+VOXEL_M = CONFIG.geometric.voxel_size_m
+T_TRUE = motion((3, -12, 7), (0.2, -0.1, 0.15))
+
+
+def moved_back(surface: Surface, T_target_source: Pose) -> Surface:
+    """The same surface as another frame sees it whose motion is known: every point and normal has its partner."""
+    R, t = T_target_source[:3, :3], T_target_source[:3, 3]
+    return Surface(((surface.points - t) @ R).astype(np.float32), (surface.normals @ R).astype(np.float32))
+
+
+def refined(target: Surface, source: Surface, visual: Matches, start: Pose, config: Config = CONFIG) -> Fit:
+    return refine(SurfaceAligner(target, VOXEL_M), source, visual, start, config)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_exact_surfaces_are_aligned_exactly(seed: int, studio: Studio) -> None:
+    """From a start that is a voxel and a degree off, as local matches leave it."""
+    target = studio.features(looking()).surface
+    rng = np.random.default_rng(seed)
+    start = motion(rng.normal(0, 0.6, 3), rng.normal(0, 0.015, 3)) @ T_TRUE
+    fit = refined(target, moved_back(target, T_TRUE), no_matches(), start)
+    rotation_deg, translation_m = errors(fit.T_target_source, T_TRUE)
+    # Points are float32 at some metres: 1e-7 of that, averaged over ten thousand.
+    assert rotation_deg < 1e-4
+    assert translation_m < 1e-5
+    assert fit.rms_m < 1e-5
+    assert fit.pairs > 0.95 * len(target)
+
+
+def test_without_rounds_the_motion_stays_where_the_paper_stops(studio: Studio) -> None:
+    target = studio.features(looking()).surface
+    start = motion((0.5, 0, 0), (0.01, 0, 0)) @ T_TRUE
+    fit = refined(target, moved_back(target, T_TRUE), no_matches(), start, CONFIG.replace({"refinement.iterations": 0}))
+    np.testing.assert_array_equal(fit.T_target_source, start)
+    assert np.isfinite(fit.covariance).all()
+
+
+def test_surfaces_that_face_apart_are_not_paired(studio: Studio) -> None:
+    """The back of a wall is not its front, however near."""
+    target = studio.features(looking()).surface
+    turned = Surface(target.points, -target.normals)
+    fit = refined(target, turned, no_matches(), np.eye(4))
+    assert fit.pairs == 0
+    assert math.isnan(fit.rms_m)
+    assert np.isinf(np.diag(fit.covariance)).all()
+
+
+def plane(count: int = 4000) -> Surface:
+    """A sheet of 2 x 2 m at 2 m, square to the view."""
+    rng = np.random.default_rng(0)
+    points = np.column_stack((rng.uniform(-1, 1, (count, 2)), np.full(count, 2.0)))
+    return Surface(points.astype(np.float32), np.tile(np.float32([0, 0, -1]), (count, 1)))
+
+
+def test_a_blank_wall_leaves_three_directions_free() -> None:
+    fit = refined(plane(), plane(), no_matches(), motion((0, 0, 0), (0.02, 0, 0.01)))
+    assert np.isinf(np.diag(fit.covariance)).all()
+    # What the wall does fix is found, what it does not is left alone.
+    np.testing.assert_allclose(fit.T_target_source[:3, 3], (0.02, 0, 0), atol=1e-6)
+
+
+def test_three_matches_hold_what_a_blank_wall_leaves_free() -> None:
+    points = np.array([(-0.5, -0.5, 2), (0.5, -0.5, 2), (0, 0.6, 2)])
+    rows = np.arange(3)
+    visual = Matches(points + (0.03, 0, 0), points, np.ones(3), rows, rows)
+    fit = refined(plane(), plane(), visual, np.eye(4))
+    assert np.isfinite(fit.covariance).all()
+    np.testing.assert_allclose(fit.T_target_source[:3, 3], (0.03, 0, 0), atol=1e-4)
+    deviation = np.sqrt(np.diag(fit.covariance))
+    # Along the wall only three matches speak, across it four thousand points.
+    assert deviation[0] > 10 * deviation[2]
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        "none",
+        pytest.param(
+            "Kinect",
+            marks=pytest.mark.xfail(
+                reason="Noisy normals tilt, and the nearest point stays the nearest for half a voxel: a flat wall "
+                "claims to be known along itself to 6 mm, wherever the fit started."
+            ),
+        ),
+    ],
+)
+def test_a_wall_without_matches_is_degenerate_by_name(noise: str, wall: Studio) -> None:
+    """Started 10 cm off along the wall, where it stays."""
+    poses = looking((0.8, 0, 0)), looking((0.8, 0.03, 0))
+    target, source = (wall.features(pose, None if noise == "none" else i) for i, pose in enumerate(poses))
+    start = motion((0, 0, 0), (0.1, 0, 0)) @ np.linalg.inv(poses[0]) @ poses[1]
+    fit = refined(target.surface, source.surface, no_matches(), start)
+    visual = match_visual(target.keypoints, source.keypoints, CONFIG.visual)
+    outcome = judge(Pair(target, source, visual, no_matches(), CONFIG), [fit], Evidence())
+    assert isinstance(outcome, Rejection), outcome
+    assert outcome.reason is Reason.DEGENERATE
+    assert "expected 0.1 m and 5 deg" in outcome.message
+
+
+def test_the_covariance_is_about_the_axes_of_the_target(studio: Studio) -> None:
+    """The same errors seen from a turned target: C' = R C R^T, for translation and rotation alike."""
+    target = studio.features(looking(), 1).surface
+    source = studio.features(looking((0.05, 0, 0)), 2).surface
+    T = np.linalg.inv(looking()) @ looking((0.05, 0, 0))
+    turn = motion((0, 0, 90), (0, 0, 0))
+    turned = Surface(apply(turn, target.points).astype(np.float32), apply(turn, target.normals).astype(np.float32))
+    none = CONFIG.replace({"refinement.iterations": 0})
+    straight = refined(target, source, no_matches(), T, none).covariance
+    rotated = refined(turned, source, no_matches(), turn @ T, none).covariance
+    both = np.kron(np.eye(2), turn[:3, :3])
+    # A quarter turn keeps the grid of cells; float32 decides some neighbours otherwise.
+    np.testing.assert_allclose(rotated, both @ straight @ both.T, rtol=0.02, atol=0.02 * straight.diagonal().min())
+
+
+DRAWS = 40
+NOT_UNDER, NOT_OVER = 2.5, 8.0
+"""e^T C^-1 e of an honest covariance follows chi2(6): its mean is 6, over 40 draws to sqrt(2 * 6 / 40) = 0.55.
+
+Above 8 the errors are larger than claimed by a sixth and three such deviations; below 2.5 they are smaller by
+a third. What is claimed includes 0.02 voxels for each point that noise alone does not bring, hence not 6.
+"""
+
+
+def test_the_covariance_is_that_of_the_errors(studio: Studio) -> None:
+    """Forty pairs of frames, each with its own draw of noise, along the path of a hand."""
+    path = HandheldLoop()
+    normalised = []
+    for draw in range(DRAWS):
+        start_s = 0.6 * (draw % 8)
+        poses = [path.T_world_camera(start_s + after_s) for after_s in (0.0, 0.2)]
+        target, source = (extract(studio.frame(pose, 2 * draw + i), CONFIG) for i, pose in enumerate(poses))
+        found = answer(register(target, source, CONFIG))
+        error = error_vector(found.T_target_source, np.linalg.inv(poses[0]) @ poses[1])
+        normalised.append(float(error @ np.linalg.solve(found.covariance, error)))
+    assert NOT_UNDER < np.mean(normalised) < NOT_OVER, sorted(normalised)
+    # And no single error is one that the covariance does not know of.
+    assert max(normalised) < stats.chi2(6).ppf(0.9999)

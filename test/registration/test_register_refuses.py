@@ -1,0 +1,337 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A wrong pose is worse than none: what cannot be registered is refused, by name, with its evidence."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from registration_samples import (
+    CAMERA,
+    CLUTTER_VIEW,
+    Studio,
+    answer,
+    clutter,
+    errors,
+    looking,
+    measured,
+    noisy,
+)
+
+from vigg_ros.registration import (
+    Camera,
+    Config,
+    Evidence,
+    Features,
+    Frame,
+    Outcome,
+    Reason,
+    Registration,
+    Rejection,
+    extract,
+    register,
+)
+from vigg_ros.registration.geometric import match_global
+from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.verification import Pair
+from vigg_ros.registration.vigg import align, align_by_images
+from vigg_ros.registration.visual import match_visual
+from vigg_ros.worlds import HALL_PERIOD_M, Scene, bare_room, blank_plane, render_depth
+from vigg_ros.worlds.patterns import poster
+from vigg_ros.worlds.poses import Pose, flat, look_at
+from vigg_ros.worlds.surfaces import box
+
+CONFIG = Config()
+
+
+def rejection(outcome: Outcome) -> Rejection:
+    """The outcome, which must not be an answer; a wrong answer is shown whole."""
+    assert isinstance(outcome, Rejection), outcome
+    assert not hasattr(outcome, "T_target_source")
+    assert outcome.message
+    return outcome
+
+
+def flat_frame(shape: tuple[int, int], grey: int | None, depth_m: float = 2.0) -> Frame:
+    """An image of one grey level, or of noise, with the same depth everywhere."""
+    height, width = shape
+    camera = Camera(width, height, 0.9 * width, 0.9 * width, (width - 1) / 2, (height - 1) / 2)
+    noise = np.random.default_rng(0).integers(0, 256, (height, width, 3))
+    image = noise if grey is None else np.full((height, width, 3), grey)
+    return Frame.from_depth(image.astype(np.uint8), np.full(shape, depth_m, np.float32), camera)
+
+
+@pytest.mark.hostile("Image: constant, black, saturated, 1x1, 8x8: NO_TEXTURE")
+@pytest.mark.parametrize("detector", ["sift", "orb"])
+@pytest.mark.parametrize(
+    "frame",
+    [
+        flat_frame((120, 160), 128),
+        flat_frame((120, 160), 0),
+        flat_frame((120, 160), 255),
+        flat_frame((1, 1), None),
+        flat_frame((8, 8), None),
+    ],
+    ids=["constant", "black", "saturated", "1x1", "8x8"],
+)
+def test_an_image_without_texture(frame: Frame, detector: str, studio: Studio) -> None:
+    config = CONFIG.replace({"visual.detector": detector})
+    blind, sound = extract(frame, config), extract(studio.frame(looking(), 1), config)
+    for target, source, name in ((blind, sound, "target"), (sound, blind, "source"), (blind, blind, "target")):
+        found = rejection(register(target, source, config))
+        assert found.reason is Reason.NO_TEXTURE
+        assert f"the {name}" in found.message
+        assert found.evidence.keypoints == len(source.keypoints)
+
+
+@pytest.mark.hostile("Image: depth of 0, NaN, Inf, negative, 65535: no point there; too few left: NO_DEPTH")
+@pytest.mark.parametrize("depth_m", [0.0, np.nan, np.inf, -1.0, 65.535, 1e30])
+def test_an_image_without_depth_in_range(depth_m: float, studio: Studio) -> None:
+    image, exact_m = studio.view(looking())
+    blind = extract(Frame.from_depth(image, np.full_like(exact_m, depth_m), CAMERA), CONFIG)
+    sound = studio.features(looking(), 1)
+    for target, source, name in ((blind, sound, "target"), (sound, blind, "source")):
+        found = rejection(register(target, source, CONFIG))
+        assert found.reason is Reason.NO_DEPTH
+        assert f"the {name}" in found.message
+
+
+@pytest.mark.parametrize("kept", ["a corner", "a row", "a column", "a dozen pixels"])
+def test_a_little_depth_is_not_enough(kept: str, studio: Studio) -> None:
+    """Depth on a line, a spot or scattered pixels makes no surface, or one that fixes nothing."""
+    image, exact_m = studio.view(looking())
+    depth_m = np.zeros_like(exact_m)
+    if kept == "a dozen pixels":
+        rows, columns = np.random.default_rng(0).integers((0, 0), exact_m.shape, (12, 2)).T
+        depth_m[rows, columns] = exact_m[rows, columns]
+    else:
+        window = {"a corner": np.s_[:8, :8], "a row": np.s_[60], "a column": np.s_[:, 80]}[kept]
+        depth_m[window] = exact_m[window]
+    blind = extract(Frame.from_depth(image, depth_m, CAMERA), CONFIG)
+    for pair in ((blind, studio.features(looking(), 1)), (blind, blind)):
+        assert rejection(register(*pair, CONFIG)).reason in (Reason.NO_DEPTH, Reason.NO_TEXTURE)
+
+
+def test_keypoints_where_there_is_no_depth_are_no_texture(studio: Studio) -> None:
+    """The lower half has depth and is painted grey; all keypoints are in the upper half."""
+    image, depth_m = studio.view(looking())
+    image, depth_m = image.copy(), depth_m.copy()
+    image[50:], depth_m[:60] = 128, 0
+    blind = extract(Frame.from_depth(image, depth_m, CAMERA), CONFIG)
+    assert blind.keypoints.detected > 20
+    assert rejection(register(blind, blind, CONFIG)).reason is Reason.NO_TEXTURE
+
+
+@pytest.mark.parametrize("scene", [bare_room(seed=2), blank_plane(seed=2)], ids=["bare room", "blank wall"])
+def test_rooms_without_paint_are_refused(scene: Scene) -> None:
+    place = Studio(scene)
+    pair = (place.features(looking(eye, (0.5, 0, 0.4)), seed) for seed, eye in enumerate(((0.8, 0, 0), (0.9, 0, 0))))
+    assert rejection(register(*pair, CONFIG)).reason in (Reason.NO_TEXTURE, Reason.DEGENERATE)
+
+
+def test_fewer_inliers_than_asked_for(studio: Studio) -> None:
+    pair = studio.features(looking(), 1), studio.features(looking((0.1, 0.1, 0)), 2)
+    config = CONFIG.replace({"verification.min_inliers": 1000})
+    found = rejection(register(*pair, config))
+    assert found.reason is Reason.TOO_FEW_INLIERS
+    assert "expected at least 1000" in found.message
+    assert 8 <= found.evidence.visual_inliers + found.evidence.geometric_inliers < 1000
+
+
+def test_less_overlap_than_asked_for(studio: Studio) -> None:
+    pair = studio.features(looking(), 1), studio.features(looking((0, 0.5, 0), (0, 1, 0)), 2)
+    found = rejection(register(*pair, CONFIG.replace({"verification.min_overlap": 0.9})))
+    assert found.reason is Reason.LOW_OVERLAP
+    assert 0.1 < found.evidence.overlap < 0.9
+    assert isinstance(register(*pair, CONFIG), Registration)
+
+
+def test_a_surface_where_the_other_frame_saw_through_is_a_conflict(studio: Studio) -> None:
+    """The images agree. The depth of one is cut off by a screen at 1 m in front of two thirds of the view."""
+    target = studio.features(looking(), 1)
+    image, depth_m = studio.view(looking((0.05, 0, 0)))
+    screened = depth_m.copy()
+    screened[:, 53:] = np.minimum(screened[:, 53:], 1.0)
+    source = extract(noisy(image, screened, seed=2), CONFIG)
+    for pair in ((target, source), (source, target)):
+        found = rejection(register(*pair, CONFIG))
+        assert found.reason in (Reason.CONFLICT, Reason.TOO_FEW_INLIERS, Reason.LOW_OVERLAP)
+    assert isinstance(register(target, extract(noisy(image, depth_m, seed=2), CONFIG), CONFIG), Registration)
+
+
+def in_the_hall(x: float) -> Pose:
+    """A pose in the hall of columns, x along it."""
+    return look_at((x, 0.3, 1.4), (x + 2, 0.1, 1.2))
+
+
+def unrelated(features: list[Features]) -> Counter[str]:
+    """The outcomes of all ordered pairs of frames, of which no two show the same place."""
+    outcomes: Counter[str] = Counter()
+    for i, target in enumerate(features):
+        for j, source in enumerate(features):
+            if i != j:
+                outcome = register(target, source, CONFIG)
+                outcomes[outcome.reason.name if isinstance(outcome, Rejection) else "ANSWERED"] += 1
+    return outcomes
+
+
+def test_places_of_another_kind_are_never_registered(studio: Studio, wall: Studio, hall: Studio) -> None:
+    """A room, a wall, a hall and a heap of things: 12 pairs."""
+    outcomes = unrelated(
+        [
+            studio.features(looking(), 1),
+            wall.features(looking((0.8, 0, 0)), 1),
+            hall.features(in_the_hall(0), 1),
+            Studio(clutter(1)).features(CLUTTER_VIEW, 1),
+        ]
+    )
+    assert outcomes.total() == 12
+    assert outcomes["ANSWERED"] == 0, outcomes
+    assert len(outcomes) > 1
+
+
+def test_places_alike_but_for_what_stands_in_them_are_never_registered() -> None:
+    """Four heaps of things, each on its own floor between its own two walls: 12 pairs."""
+    outcomes = unrelated([Studio(clutter(seed)).features(CLUTTER_VIEW, seed) for seed in (0, 2, 5, 7)])
+    assert outcomes.total() == 12
+    assert outcomes["ANSWERED"] == 0, outcomes
+
+
+REPEATED_ROW = pytest.mark.hostile("Scene: repeated texture and repeated structure: reject rather than choose wrongly")
+
+
+@REPEATED_ROW
+@pytest.mark.parametrize("step_m", [0.05, 0.15, 0.3])
+def test_small_steps_between_equal_columns_are_found(step_m: float, hall: Studio) -> None:
+    """Far less than half a period: the nearest answer is the right one, and it is asked for at sensor rate."""
+    found = answer(register(hall.features(in_the_hall(0), 1), hall.features(in_the_hall(step_m), 2), CONFIG))
+    rotation_deg, translation_m = errors(
+        found.T_target_source, np.linalg.inv(in_the_hall(0)) @ in_the_hall(step_m)
+    )
+    # Floor, ceiling and walls leave the position along the hall to round columns and to paint.
+    assert rotation_deg < 0.5
+    assert translation_m < 0.03
+
+
+@REPEATED_ROW
+@pytest.mark.xfail(
+    reason="A step of a whole period gives equal images, and the answer is no motion, to a millimetre. No match "
+    "points elsewhere, so no rival is ever followed; only the frame's likeness to itself could tell."
+)
+@pytest.mark.parametrize("periods", [0.5, 1, 2])
+def test_steps_of_a_period_are_not_answered_wrongly(periods: float, hall: Studio) -> None:
+    there = in_the_hall(periods * HALL_PERIOD_M)
+    outcome = register(hall.features(in_the_hall(0), 1), hall.features(there, 2), CONFIG)
+    if isinstance(outcome, Registration):
+        T_true = np.linalg.inv(in_the_hall(0)) @ there
+        assert errors(outcome.T_target_source, T_true)[1] < 0.1, outcome
+
+
+MOVING_ROW = pytest.mark.hostile("Scene: a moving object over half the view")
+MOVER_HIDES = 0.4
+"""Share of the view that the moving box covers; with its edges, where noise leaves no depth, nearly half."""
+
+
+def with_mover(studio: Studio, x: float, y: float, yaw_deg: float) -> Scene:
+    """The room with a painted box of the height of a wardrobe in front of the camera."""
+    paint = partial(poster, np.random.default_rng(5), shapes=60)
+    return Scene(
+        studio.scene.surfaces + box(flat((x, y, 0.05), yaw_deg), (0.5, 1.1, 2.2), paint), studio.scene.light
+    )
+
+
+def look_past_mover(
+    studio: Studio, moved: tuple[float, float, float], step: tuple[float, float, float]
+) -> tuple[Outcome, Pose]:
+    """The camera makes a step while the box moves by x, y and a turn; and the camera's true motion."""
+    poses = looking(), looking(step, step)
+    boxes = (0.5, 0.7, 10.0), tuple(np.add((0.5, 0.7, 10.0), moved))
+    places = [Studio(with_mover(studio, *place)) for place in boxes]
+    hidden = np.abs(places[0].view(poses[0])[1] - render_depth(studio.scene, CAMERA, poses[0])) > 0.01
+    assert hidden.mean() > MOVER_HIDES
+    pair = (place.features(pose, seed) for seed, (place, pose) in enumerate(zip(places, poses, strict=True)))
+    return register(*pair, CONFIG), np.linalg.inv(poses[0]) @ poses[1]
+
+
+def assert_not_wrong(outcome: Outcome, T_true: Pose) -> None:
+    """Refused, or within the 10 cm and 5 deg beyond which the method itself calls a motion undetermined."""
+    if isinstance(outcome, Registration):
+        rotation_deg, translation_m = errors(outcome.T_target_source, T_true)
+        assert rotation_deg < 5, outcome
+        assert translation_m < CONFIG.cliques.inlier_threshold_m, outcome
+
+
+STEP = (0.1, 0.1, 0.0)
+
+
+@MOVING_ROW
+@pytest.mark.parametrize("moved", [(0.05, -0.1, 0), (0.1, -0.2, 8), (-0.3, 0, -20)], ids=str)
+def test_a_moving_box_does_not_carry_the_camera_away(moved: tuple[float, float, float], studio: Studio) -> None:
+    assert_not_wrong(*look_past_mover(studio, moved, STEP))
+
+
+@MOVING_ROW
+@pytest.mark.xfail(
+    reason="Its motion is a second answer, within three thresholds and 15 deg of the right one: matches of both are "
+    "pooled, no rival is seen, and the answer lies between them, off by far more than its covariance."
+)
+@pytest.mark.parametrize(
+    ("moved", "step"),
+    [((0.1, 0.1, 0), STEP), ((0, -0.25, 0), (0.3, 0.1, 0))],
+    ids=["with the camera", "across a step"],
+)
+def test_a_box_that_moves_much_as_the_camera_does_not_mislead_it(
+    moved: tuple[float, float, float], step: tuple[float, float, float], studio: Studio
+) -> None:
+    assert_not_wrong(*look_past_mover(studio, moved, step))
+
+
+def shuffled(matches: Matches, rng: np.random.Generator) -> Matches:
+    """Every source point with the target point of another match."""
+    rows = rng.permutation(len(matches))
+    rows[rows == np.arange(len(rows))] -= 1
+    other = matches.select(rows)
+    return replace(matches, target=other.target, target_row=other.target_row)
+
+
+def pair_at_half_size(studio: Studio) -> tuple[Pair, Pose]:
+    """Two frames of the room at 80x60, as measured, and their matches: quick enough for many trials."""
+    config = CONFIG.replace({"geometric.voxel_size_m": 0.05, "geometric.sample_k": 500, "visual.top_k": 60})
+    poses = looking(), looking((0.1, 0.1, 0))
+    features = []
+    for seed, pose in enumerate(poses):
+        image, depth_m = measured(*studio.view(pose), seed=seed)
+        camera = Camera(80, 60, CAMERA.fx_px / 2, CAMERA.fy_px / 2, CAMERA.cx_px / 2, CAMERA.cy_px / 2)
+        features.append(extract(Frame.from_depth(image[::2, ::2], depth_m[::2, ::2], camera), config))
+    target, source = features
+    visual = match_visual(target.keypoints, source.keypoints, config.visual)
+    geometric = match_global(target.landmarks, source.landmarks, config.geometric)
+    return Pair(target, source, visual, geometric, config), np.linalg.inv(poses[0]) @ poses[1]
+
+
+TRIALS = 80
+"""What some 10 s allow; 10,000 of the same kind are for a machine at leisure."""
+
+
+@pytest.mark.hostile("Scene: all matches outliers: under 0.1 % false accepts in 10,000 trials")
+def test_matches_that_are_all_wrong_are_no_answer(studio: Studio) -> None:
+    """Both frames show the same room, so surfaces do coincide here and there; only the matches lie."""
+    pair, T_true = pair_at_half_size(studio)
+    assert isinstance(align(pair, Evidence()), Registration), "with its own matches the pair is registered"
+    outcomes: Counter[str] = Counter()
+    for trial in range(TRIALS):
+        rng = np.random.default_rng(trial)
+        lying = replace(pair, visual=shuffled(pair.visual, rng), geometric=shuffled(pair.geometric, rng))
+        outcome = align_by_images(lying, Evidence()) or align(lying, Evidence())
+        if isinstance(outcome, Rejection):
+            outcomes[outcome.reason.name] += 1
+        else:
+            # Chance may hit the truth: that is an answer, and a right one.
+            rotation_deg, translation_m = errors(outcome.T_target_source, T_true)
+            outcomes["right" if rotation_deg < 5 and translation_m < 0.1 else "wrong"] += 1
+    assert outcomes["wrong"] == 0, outcomes
+    assert outcomes.total() - outcomes["right"] > 0.9 * TRIALS
