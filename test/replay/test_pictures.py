@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vigg_ros.replay.pictures import BODY, MAX_LINES, draw_aligned, draw_depth, draw_matches, fit_width
+from vigg_ros.replay.pictures import BODY, MAX_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
 
 BLACK = np.zeros((48, 64, 3), np.uint8)
 GAP = 6
@@ -161,3 +161,20 @@ def test_a_picture_is_fitted_to_a_width():
     assert fit_width(BLACK, None) is BLACK
     assert fit_width(BLACK, 32).shape == (24, 32, 3)
     assert fit_width(BLACK, 128).shape == (96, 128, 3)
+
+
+def test_points_of_a_scan_are_drawn_where_they_project_the_near_ones_on_top() -> None:
+    image = np.zeros((40, 60, 3), np.uint8)
+    pixels = np.array([[10.0, 20.0], [30.0, 20.0], [30.0, 20.0]])
+    picture = draw_scan(image, pixels, np.array([2.0, 50.0, 2.0]))
+    assert picture.shape == image.shape
+    near, same_place = picture[20, 10].astype(int), picture[20, 30].astype(int)
+    # Near is red (BGR), and covers the far point behind it.
+    assert near[2] > near[0]
+    np.testing.assert_array_equal(near, same_place)
+    assert not picture[5, 50].any()
+
+
+def test_a_scan_that_the_image_does_not_see_says_so() -> None:
+    image = np.zeros((40, 160, 3), np.uint8)
+    assert draw_scan(image, np.empty((0, 2)), np.empty(0)).any()

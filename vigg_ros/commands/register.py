@@ -22,6 +22,7 @@ from vigg_ros.registration.result import Evidence, Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
 from vigg_ros.registration.visual import match_visual
+from vigg_ros.replay.gallery import Look
 from vigg_ros.replay.pictures import BODY, OPTICAL, draw_aligned, draw_matches
 
 NO_ANSWER = 1
@@ -140,6 +141,10 @@ def draw(
         agrees = visual.distances(outcome.T_target_source) < config.cliques.inlier_threshold_m
     pixels = target.keypoints.pixels[visual.target_row], source.keypoints.pixels[visual.source_row]
     pictures = {"matches.png": draw_matches(frames[0].image, frames[1].image, *pixels, agrees=agrees)}
+    for name, frame, seen in zip(("target", "source"), frames, features, strict=True):
+        scan = Look.of(frame, seen).draw_scan(frame.camera.width_px)
+        if scan is not None:
+            pictures[f"{name}_scan.png"] = scan
     if isinstance(outcome, Registration):
         moved = transform(outcome.T_target_source, source.surface.points)
         axes = OPTICAL if np.allclose(frames[0].geometry.T_camera_points, np.eye(4)) else BODY

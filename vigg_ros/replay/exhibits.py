@@ -21,7 +21,7 @@ INTRODUCTION = (
     "and one colour is one direction of motion in the image; grey ones were tried and do not agree. Below an answer "
     "lie both surfaces as the answer puts them, from above and from the front: the keyframe's blue, the frame's "
     "orange, dark where they coincide; a double contour would be an error. Below a lost frame are both depth images, "
-    "where there are any."
+    "where there are any; scans are drawn over their images, near points red, far ones blue."
 )
 
 
@@ -49,6 +49,9 @@ def _show(exhibit: Exhibit, letter: str, place: str, gallery: Gallery) -> Markup
     if exhibit.reason is not None:
         title += f": {exhibit.reason.value}"
     pictures = [image(exhibit.draw_matches(gallery.config), f"matches of frame {letter}")]
+    scans = exhibit.draw_scans()
+    if scans is not None:
+        pictures.append(image(scans, f"scans of frame {letter} over their images"))
     shapes = exhibit.draw_shapes()
     if shapes is not None:
         pictures.append(image(shapes, f"surfaces of frame {letter}"))

@@ -14,12 +14,22 @@ from numpy.typing import NDArray
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.geometry import ProjectedScan
 from vigg_ros.registration.options import VerificationConfig
 from vigg_ros.registration.result import Evidence, Reason, Registration, Rejection
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.visibility import DepthView
 from vigg_ros.registration.visual import Keypoints, match_visual
-from vigg_ros.replay.pictures import BODY, OPTICAL, Picture, beside, draw_aligned, draw_depth, draw_matches
+from vigg_ros.replay.pictures import (
+    BODY,
+    OPTICAL,
+    Picture,
+    beside,
+    draw_aligned,
+    draw_depth,
+    draw_matches,
+    draw_scan,
+)
 from vigg_ros.tracking.registrar import Attempt, Estimate
 
 LOST_MARGIN = -1.0
@@ -36,12 +46,23 @@ class Look:
     """(N, 3), the surface, metres, in the frame of the results."""
     depth_m: NDArray[np.float32] | None
     """(H, W), metres; None for a scan."""
+    scan: ProjectedScan | None
+    """The scan and its camera; None for a depth image."""
 
     @classmethod
     def of(cls, frame: Frame, features: Features) -> Look:
         """Keeps references, copies nothing."""
         depth_m = features.view.depth_m if isinstance(features.view, DepthView) else None
-        return cls(frame.image, features.keypoints, features.surface.points, depth_m)
+        scan = frame.geometry if isinstance(frame.geometry, ProjectedScan) else None
+        return cls(frame.image, features.keypoints, features.surface.points, depth_m, scan)
+
+    def draw_scan(self, panel_width_px: int) -> Picture | None:
+        """The points of the scan over the image; None for a depth image."""
+        if self.scan is None:
+            return None
+        rows, pixels = self.scan.visible()
+        depth_m = transform(self.scan.T_camera_points, self.scan.cloud[rows])[:, 2]
+        return draw_scan(self.image, pixels, depth_m, panel_width_px=panel_width_px)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +114,13 @@ class Exhibit:
             draw_depth(self.target.depth_m, panel_width_px=panel_width_px),
             draw_depth(self.source.depth_m, panel_width_px=panel_width_px),
         )
+
+    def draw_scans(self, *, panel_width_px: int = 480) -> Picture | None:
+        """Both scans over their images; None for depth images."""
+        if self.target is None:
+            return self.source.draw_scan(panel_width_px)
+        left, right = self.target.draw_scan(panel_width_px), self.source.draw_scan(panel_width_px)
+        return None if left is None or right is None else beside(left, right)
 
     def _inlier_rows(self) -> NDArray[np.int64]:
         outcome = self.estimate.outcome

@@ -68,6 +68,31 @@ def draw_depth(depth_m: NDArray[np.floating], *, panel_width_px: int | None = No
     return write(picture, said, (8, picture.shape[0] - 10), (255, 255, 255))
 
 
+def draw_scan(
+    image: NDArray[np.uint8],
+    pixels: NDArray[np.floating],
+    depth_m: NDArray[np.floating],
+    *,
+    panel_width_px: int | None = None,
+) -> Picture:
+    """Points of a scan over the image that sees them: pixels (N, 2), depths (N,) in metres, near red to far blue.
+
+    Wrong extrinsics show as points that do not lie on the things they were measured on.
+    """
+    picture = _dimmed(fit_width(_colour(image), panel_width_px))
+    if len(depth_m):
+        near, far = np.percentile(depth_m, (2, 98))
+        share = np.clip((far - depth_m) / max(far - near, 1e-6), 0.0, 1.0)
+        colours = cv2.applyColorMap((255 * share).astype(np.uint8)[:, None], cv2.COLORMAP_TURBO)[:, 0]
+        places = _scaled(pixels, image, picture)
+        for i in np.argsort(-depth_m):  # the near ones on top
+            cv2.circle(picture, _fixed(places[i]), 16, colours[i].tolist(), -1, cv2.LINE_AA, 4)
+        said = f"{near:.2g} to {far:.2g} m"
+    else:
+        said = "no point in the image"
+    return write(picture, said, (8, picture.shape[0] - 10), (255, 255, 255))
+
+
 def draw_aligned(
     target_points: NDArray[np.floating],
     source_points: NDArray[np.floating],
