@@ -157,7 +157,8 @@ class Pairing(Generic[_A, _B]):
             if not certain and not overflow:
                 break
             first.settled[i] = True
-            if partner is None:
+            # Decisions that an overflow forces may differ from those before them.
+            if partner is None or second.settled[partner]:
                 done.append(Unpaired(first.items[i], loop))  # type: ignore[arg-type]
             else:
                 second.settled[partner] = True
