@@ -23,9 +23,9 @@ MIN_KEYPOINTS = 8
 MIN_LANDMARKS = 50
 """Below these a frame is not worth a search: the needed inliers could hardly be found."""
 
-SHARE_PER_OVERLAP = 0.08
-"""Share of the matches that must agree for each share of surface that coincides. Right answers show 0.15 and more,
-floors and walls of one room laid on those of another 0.04: what coincides there has no features in common."""
+MIN_MATCH_SHARE, SHARE_PER_OVERLAP = 0.025, 0.08
+"""Share of the matches that must agree: at least, and for each share of surface that coincides. By chance 0.02 do,
+where floors and walls of one place are laid on those of another; right answers show 0.03 or more, 0.15 per overlap."""
 
 MIN_PAIRS = 100
 """Points of the surfaces that must pair up in the refinement, or there was nothing to refine with."""
@@ -169,7 +169,7 @@ def is_supported(candidate: Candidate, config: Config) -> bool:
     wanted = config.verification
     return (
         candidate.inliers >= wanted.min_inliers
-        and candidate.match_share >= SHARE_PER_OVERLAP * candidate.agreement.overlap
+        and candidate.match_share >= _share_asked(candidate)
         and candidate.agreement.overlap >= wanted.min_overlap
         and candidate.agreement.consistency >= wanted.min_consistency
         and candidate.agreement.conflict <= MAX_CONFLICT
@@ -220,6 +220,10 @@ def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rej
     return Registration(fit.T_target_source, fit.covariance, evidence, rows)
 
 
+def _share_asked(candidate: Candidate) -> float:
+    return max(MIN_MATCH_SHARE, SHARE_PER_OVERLAP * candidate.agreement.overlap)
+
+
 def _objection(fit: Fit, candidate: Candidate, evidence: Evidence, config: Config) -> tuple[Reason, str] | None:
     wanted = config.verification
     if not np.isfinite(fit.T_target_source).all():
@@ -231,7 +235,7 @@ def _objection(fit: Fit, candidate: Candidate, evidence: Evidence, config: Confi
         return None
     if candidate.inliers < wanted.min_inliers:
         return Reason.TOO_FEW_INLIERS, f"{candidate.inliers} matches agree, expected at least {wanted.min_inliers}"
-    if candidate.match_share < SHARE_PER_OVERLAP * evidence.overlap:
+    if candidate.match_share < _share_asked(candidate):
         return Reason.TOO_FEW_INLIERS, (
             f"{evidence.overlap:.1%} of the surface coincides, but only {candidate.inliers} matches agree: "
             "floor and walls alone fit in more than one way"
