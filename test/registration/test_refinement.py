@@ -135,6 +135,26 @@ def test_the_covariance_is_about_the_axes_of_the_target(studio: Studio) -> None:
     np.testing.assert_allclose(rotated, both @ straight @ both.T, rtol=0.02, atol=0.02 * straight.diagonal().min())
 
 
+def test_the_covariance_is_of_the_motion_whatever_the_source_calls_its_origin(studio: Studio) -> None:
+    """Source points counted from 10 m beside: the same fit, with a lever. t' = t + R s, so dt' = dt + dr x R s."""
+    target = studio.features(looking(), 1).surface
+    source = studio.features(looking((0.05, 0, 0)), 2).surface
+    T = np.linalg.inv(looking()) @ looking((0.05, 0, 0))
+    # Whole patches of 8 voxels, so that the same points are taken together.
+    shift = np.array((50, -25, 40)) * 8 * VOXEL_M
+    none = CONFIG.replace({"refinement.iterations": 0})
+    straight = refined(target, source, no_matches(), T, none).covariance
+    beside = Surface((source.points - shift).astype(np.float32), source.normals)
+    levered = refined(target, beside, no_matches(), T @ motion((0, 0, 0), shift), none).covariance
+    arm = T[:3, :3] @ shift
+    lever = np.eye(6)
+    lever[:3, 3:] = [[0, arm[2], -arm[1]], [-arm[2], 0, arm[0]], [arm[1], -arm[0], 0]]
+    expected = lever @ straight @ lever.T
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    # float32 at 10 m is good for a micrometre, which decides some neighbours and patches otherwise.
+    np.testing.assert_allclose(levered / scale, expected / scale, atol=0.05)
+
+
 DRAWS = 40
 NOT_UNDER, NOT_OVER = 2.5, 8.0
 """e^T C^-1 e of an honest covariance follows chi2(6): its mean is 6, over 40 draws to sqrt(2 * 6 / 40) = 0.55.

@@ -205,6 +205,22 @@ def test_a_place_seen_before_is_found_again(studio: Studio) -> None:
     assert_on_the_path(found, [path[1]] * len(found), origin=path[0])
 
 
+def test_each_lost_frame_tries_other_keyframes(studio: Studio) -> None:
+    """One retry a frame: not the first keyframe again and again."""
+    config = CONFIG.replace({"keyframes.retries": 1, "keyframes.max_rotation_deg": 12.0})
+    path = pan(0, 13)
+    registrar = Registrar(config)
+    walked = follow(registrar, frames(studio, path))
+    keyframes = sum(estimate.new_keyframe for estimate in walked)
+    assert keyframes > 4
+    tried = []
+    for frame in frames(studio, [None] * keyframes, first=13):
+        others = registrar._keyframes.others(np.zeros(3), 1, registrar._frames_lost)
+        tried += [keyframe.id for keyframe in others]
+        assert registrar.step(frame).state is State.LOST
+    assert set(tried) == set(range(keyframes - 1))
+
+
 @pytest.mark.xfail(
     reason="A corner of a room fits onto another one by its walls and floor, turned by 90 or 180 deg. No visual match "
     "agrees, and none is asked for; of views of this room without a common part, one pair in four is answered so."
