@@ -149,6 +149,28 @@ def test_guided_fit_corrects_what_the_prior_left_over() -> None:
     np.testing.assert_array_equal(untouched, start)
 
 
+class Pulling:
+    """In place of a matcher: notes the zones it is asked for, and pulls everything 3 cm aside."""
+
+    def __init__(self) -> None:
+        self.radii_m: list[float] = []
+
+    def match(self, source: Landmarks, T_target_source: NDArray[np.float64], radius_m: float) -> Matches:
+        self.radii_m.append(radius_m)
+        aside = motion((0, 0, 0), (0.03, 0, 0)) @ T_TRUE
+        return matches_of(apply(aside, source.points.astype(float)), source.points.astype(float))
+
+
+def test_the_zone_only_shrinks() -> None:
+    """Eq. 10: the prior fits at the start to 2 mm, and after the pull to 3 cm; the zone stays that of the start."""
+    source = landmarks(np.random.default_rng(0).uniform(-1, 1, (300, 3)))
+    prior, matcher = noisy_matches(0.002, 20, seed=3), Pulling()
+    guided_fit(matcher, source, prior, T_TRUE, 0.1, LocalMatchConfig())  # type: ignore[arg-type]
+    assert len(matcher.radii_m) == 3
+    variance_m2 = error_distribution(prior, T_TRUE, 0.1).variance_m2
+    assert matcher.radii_m == pytest.approx([math.sqrt(10 * variance_m2)] * 3)
+
+
 def test_without_a_prior_the_motion_stays_as_it_came() -> None:
     points = np.random.default_rng(0).uniform(-1, 1, (300, 3))
     source = landmarks(points, seed=1)

@@ -24,7 +24,7 @@ from scipy import stats
 from vigg_ros.registration import Config, Evidence, Frame, Registration, extract, register
 from vigg_ros.registration.stages import record_stages
 from vigg_ros.worlds import Light, Scene, render_rgbd
-from vigg_ros.worlds.poses import Pose
+from vigg_ros.worlds.poses import Pose, look_at
 from vigg_ros.worlds.surfaces import Sphere
 
 CONFIG = Config()
@@ -199,6 +199,19 @@ def test_orb_serves_in_the_place_of_sift(studio: Studio) -> None:
     found = answer(register(*(extract(frame, config) for frame in frames), config))
     assert found.evidence.visual_inliers >= 8
     assert_within_noise(found, truth(target, source))
+
+
+def test_shapes_answer_where_the_images_hardly_share_a_view(studio: Studio) -> None:
+    """Turned by 42 deg of 60: a dozen keypoints are left, and a third of the surface."""
+    target, source = (
+        look_at((-0.6, 0, 1.4), (-0.6 + np.cos(angle), np.sin(angle), 1.15)) for angle in np.deg2rad((106, 148))
+    )
+    found = answer(register(studio.features(target, 118), studio.features(source, 124), CONFIG))
+    assert found.evidence.visual_inliers < 20 < found.evidence.geometric_inliers
+    rotation_deg, translation_m = errors(found.T_target_source, truth(target, source))
+    # Less surface to average over, and all of it at one side of the view.
+    assert rotation_deg < 1.0
+    assert translation_m < 0.03
 
 
 @pytest.mark.hostile("Scene: pure rotation A")
