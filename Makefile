@@ -5,7 +5,7 @@
 BIN := .venv/bin
 BAG := bags/room_rgbd
 
-.PHONY: help demo test lint fuzz clean
+.PHONY: help demo test lint fuzz trials clean
 .DEFAULT_GOAL := help
 
 help:  ## list these targets
@@ -27,6 +27,10 @@ lint:  ## ruff, and mypy (strict on registration, tracking and messages)
 fuzz:  ## the hostile inputs, and all properties with many more random examples
 	@tools/bootstrap.sh dev
 	@$(BIN)/python -m pytest -rs --hypothesis-profile=fuzz -m "hostile or hypothesis" $(PYTEST_ARGS)
+
+trials:  ## 10,000 registrations whose matches are all wrong: how many are answered
+	@tools/bootstrap.sh dev
+	@VIGG_TRIALS=0:10000 $(BIN)/python -m pytest -s -k matches_that_are_all_wrong test/registration/test_register_refuses.py
 
 clean:  ## remove what these targets made, .venv and the demo's reports included
 	rm -rf .venv build install log vigg_replay_demo_* *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

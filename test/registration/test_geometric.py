@@ -14,6 +14,7 @@ from vigg_ros.registration.geometric import (
     GLOBAL_MATCHES,
     Landmarks,
     build_landmarks,
+    build_patches,
     build_surface,
     match_global,
     salient,
@@ -76,7 +77,7 @@ def test_a_scattered_cloud_is_no_surface() -> None:
 
 def test_landmarks_are_fewer_than_the_surface_and_describe_it() -> None:
     surface = build_surface(sphere(0.5), CONFIG)
-    landmarks = build_landmarks(surface, CONFIG)
+    landmarks = build_landmarks(build_patches(surface, CONFIG), CONFIG)
     # A grid of two voxels, in two dimensions of a surface.
     assert len(landmarks) == pytest.approx(len(surface) / 4, rel=0.15)
     np.testing.assert_allclose(np.linalg.norm(landmarks.features, axis=1), 1, atol=1e-5)

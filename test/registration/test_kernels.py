@@ -7,18 +7,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from registration_samples import motion
 
 from vigg_ros.registration.geometric import describe, estimate_normals, voxel_downsample
 from vigg_ros.registration.kernels import cells
 from vigg_ros.registration.kernels.cells import CellIndex
+from vigg_ros.registration.kernels.lifting import lift_depth, lift_depth_plain
+from vigg_ros.registration.kernels.pairing import pair_surfaces, pair_surfaces_plain
 from vigg_ros.registration.kernels.surface import normals_plain
 from vigg_ros.registration.kernels.voxels import HALF_RANGE, voxel_means, voxel_means_plain
-from vigg_ros.registration.kernels.zone import (
-    nearest_in_zone,
-    nearest_in_zone_plain,
-    nearest_point,
-    nearest_point_plain,
-)
+from vigg_ros.registration.kernels.zone import nearest_in_zone, nearest_in_zone_plain
 
 
 def cloud(seed: int, count: int = 400, spread_m: float = 1.0) -> NDArray[np.float32]:
@@ -41,14 +39,23 @@ def rows_sorted(points: NDArray[np.float32]) -> NDArray[np.float32]:
 @pytest.mark.parametrize("seed", range(4))
 def test_voxel_means_equal_their_twin(seed: int) -> None:
     points = cloud(seed, 3000)
-    found, expected = voxel_means(points, 0.2), voxel_means_plain(points, 0.2)
+    found, expected = (means(points, 0.2, 1.2, 2.8) for means in (voxel_means, voxel_means_plain))
+    assert len(voxel_means(points, 0.2, 0.0, np.inf)) > len(found) > 100, "out of range on either side"
     # Sums in another order, rounded to float32 at coordinates up to 3 m.
+    np.testing.assert_allclose(rows_sorted(found), rows_sorted(expected), atol=1e-6)
+
+
+def test_more_voxels_than_the_first_table_holds() -> None:
+    points = cloud(0, 200_000, 4.0)
+    found = voxel_means(points, 0.1, 0.0, np.inf)
+    assert len(found) > 4 * 2**14, "the table has grown twice"
+    expected = voxel_means_plain(points, 0.1, 0.0, np.inf)
     np.testing.assert_allclose(rows_sorted(found), rows_sorted(expected), atol=1e-6)
 
 
 def test_voxel_means_by_hand() -> None:
     points = np.array([(0.1, 0.1, 0.1), (-0.1, 0.1, 0.1), (0.3, 0.5, 0.7), (1.1, 0.1, 0.1)], np.float32)
-    found = voxel_means(points, 1.0)
+    found = voxel_means(points, 1.0, 0.0, np.inf)
     # In the order of each voxel's first point; -0.1 is in another voxel than 0.1.
     np.testing.assert_allclose(found, [(0.2, 0.3, 0.4), (-0.1, 0.1, 0.1), (1.1, 0.1, 0.1)], atol=1e-7)
 
@@ -219,14 +226,45 @@ def test_more_cells_than_can_be_numbered_are_refused() -> None:
         CellIndex.build(np.array([(0, 0, 0), (1e6, 0, 0)]), 0.1)
 
 
+def facing(points: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
+    """A random direction (N, 3) for each point."""
+    normals = np.random.default_rng(seed).normal(size=points.shape)
+    return (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
+
+
 @pytest.mark.parametrize("radius", [0.05, 0.2, 0.25])
-def test_nearest_point_equals_its_twin(radius: float) -> None:
-    points, queries = cloud(2, 600), cloud(3, 300)
-    index = CellIndex.build(points, 0.25)
-    found = nearest_point(queries, points[index.order], index.runs_at(queries), radius)
-    expected = nearest_point_plain(queries, points[index.order], radius)
-    assert 0 < np.count_nonzero(expected >= 0) < 300 or radius > 0.2
-    np.testing.assert_array_equal(found, expected)
+def test_pair_surfaces_equals_its_twin(radius: float) -> None:
+    points, target = cloud(2, 400), cloud(3, 600)
+    normals, target_normals = facing(points, 0), facing(target, 1)
+    T = motion((5, -3, 2), (0.05, 0.02, -0.1))
+    index = CellIndex.build(target, 0.25)
+    rows, values, jacobian = pair_surfaces(
+        (points, normals), T, (target[index.order], target_normals[index.order]), index.lookup(), radius, 0.5
+    )
+    wanted = pair_surfaces_plain((points, normals), T, (target, target_normals), radius=radius, min_cosine=0.5)
+    assert 0 < len(rows) < 400
+    np.testing.assert_array_equal(rows, wanted[0])
+    np.testing.assert_allclose(values, wanted[1], atol=1e-7)
+    np.testing.assert_allclose(jacobian, wanted[2], atol=1e-6)
+
+
+def test_points_far_off_pair_with_nothing() -> None:
+    target = cloud(0)
+    index = CellIndex.build(target, 0.25)
+    points = np.float32([(1e6, 0, 0), (-1e6, 0, 0), (0, 0, 1e30), (np.nan, 0, 2), (0.3, -0.2, -5)])
+    lying = target[index.order], facing(target, 0)[index.order]
+    rows, values, jacobian = pair_surfaces((points, points), np.eye(4), lying, index.lookup(), 0.25, -1.0)
+    assert (len(rows), values.shape, jacobian.shape) == (0, (0,), (0, 6))
+
+
+def test_lifting_equals_its_twin_and_leaves_out_what_was_not_measured() -> None:
+    depth_m = np.random.default_rng(0).uniform(0.5, 4, (30, 40)).astype(np.float32)
+    depth_m[::3, 5:] = 0
+    intrinsics = [np.float32(value) for value in (31.5, 33.25, 19.5, 14.5)]
+    found = lift_depth(depth_m, *intrinsics)
+    np.testing.assert_allclose(found, lift_depth_plain(depth_m, *intrinsics), rtol=1e-6)
+    assert len(found) == np.count_nonzero(depth_m)
+    assert lift_depth(np.zeros((3, 4), np.float32), *intrinsics).shape == (0, 3)
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.2, 0.25])

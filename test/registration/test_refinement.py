@@ -12,10 +12,11 @@ from registration_samples import Studio, answer, apply, error_vector, errors, lo
 from scipy import stats
 
 from vigg_ros.registration import Config, Evidence, Reason, Rejection, extract, register
+from vigg_ros.registration.candidates import Pair
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
-from vigg_ros.registration.verification import Pair, judge
+from vigg_ros.registration.verification import judge
 from vigg_ros.registration.visual import match_visual
 from vigg_ros.worlds import HandheldLoop
 from vigg_ros.worlds.poses import Pose

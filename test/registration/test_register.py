@@ -114,7 +114,7 @@ def as_bytes(outcome: object) -> tuple[bytes, ...]:
     return (
         found.T_target_source.tobytes(),
         found.covariance.tobytes(),
-        found.visual_inliers.tobytes(),
+        found.visual_inliers_px.tobytes(),
         repr(found.evidence).encode(),
     )
 
@@ -157,8 +157,11 @@ def test_the_evidence_counts_what_the_answer_shows(studio: Studio) -> None:
     found = answer(register(target, source, CONFIG))
     evidence = found.evidence
     assert evidence.keypoints == len(source.keypoints)
-    assert evidence.visual_inliers == len(found.visual_inliers)
-    rows_target, rows_source = found.visual_inliers.T
+    assert evidence.visual_inliers == len(found.visual_inliers_px)
+    rows_target, rows_source = (
+        [seen.keypoints.pixels.tolist().index(pixel) for pixel in pixels.tolist()]
+        for seen, pixels in ((target, found.visual_inliers_px[:, :2]), (source, found.visual_inliers_px[:, 2:]))
+    )
     moved = source.keypoints.points[rows_source] @ found.T_target_source[:3, :3].T + found.T_target_source[:3, 3]
     off_m = np.linalg.norm(moved - target.keypoints.points[rows_target], axis=1)
     assert off_m.max() < CONFIG.cliques.inlier_threshold_m

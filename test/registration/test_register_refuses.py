@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from dataclasses import replace
 from functools import partial
@@ -35,10 +36,10 @@ from vigg_ros.registration import (
     extract,
     register,
 )
+from vigg_ros.registration.candidates import Pair
 from vigg_ros.registration.geometric import match_global
 from vigg_ros.registration.matches import Matches
-from vigg_ros.registration.verification import Pair
-from vigg_ros.registration.vigg import align, align_by_images
+from vigg_ros.registration.vigg import align_by_all, align_by_images
 from vigg_ros.registration.visual import match_visual
 from vigg_ros.worlds import HALL_PERIOD_M, Scene, bare_room, blank_plane, render_depth
 from vigg_ros.worlds.patterns import poster
@@ -222,13 +223,22 @@ def test_small_steps_between_equal_columns_are_found(step_m: float, hall: Studio
     reason="A step of a whole period gives equal images, and the answer is no motion, to a millimetre. No match "
     "points elsewhere, so no rival is ever followed; only the frame's likeness to itself could tell."
 )
-@pytest.mark.parametrize("periods", [0.5, 1, 2])
+@pytest.mark.parametrize("periods", [1, 2])
 def test_steps_of_a_period_are_not_answered_wrongly(periods: float, hall: Studio) -> None:
     there = in_the_hall(periods * HALL_PERIOD_M)
     outcome = register(hall.features(in_the_hall(0), 1), hall.features(there, 2), CONFIG)
     if isinstance(outcome, Registration):
         T_true = np.linalg.inv(in_the_hall(0)) @ there
         assert errors(outcome.T_target_source, T_true)[1] < 0.1, outcome
+
+
+@REPEATED_ROW
+def test_a_step_of_half_a_period_is_not_answered_wrongly(hall: Studio) -> None:
+    """The columns of one view stand between those of the other; walls and floor fit all the same."""
+    there = in_the_hall(0.5 * HALL_PERIOD_M)
+    outcome = register(hall.features(in_the_hall(0), 1), hall.features(there, 2), CONFIG)
+    if isinstance(outcome, Registration):
+        assert errors(outcome.T_target_source, np.linalg.inv(in_the_hall(0)) @ there)[1] < 0.1, outcome
 
 
 MOVING_ROW = pytest.mark.hostile("Scene: a moving object over half the view")
@@ -313,25 +323,26 @@ def pair_at_half_size(studio: Studio) -> tuple[Pair, Pose]:
     return Pair(target, source, visual, geometric, config), np.linalg.inv(poses[0]) @ poses[1]
 
 
-TRIALS = 80
-"""What some 10 s allow; 10,000 of the same kind are for a machine at leisure."""
+FIRST, END = (int(number) for number in os.environ.get("VIGG_TRIALS", "0:150").split(":"))
+"""Trials by their seeds: what some 10 s allow; `make trials` runs 0:10000."""
 
 
 @pytest.mark.hostile("Scene: all matches outliers: under 0.1 % false accepts in 10,000 trials")
 def test_matches_that_are_all_wrong_are_no_answer(studio: Studio) -> None:
     """Both frames show the same room, so surfaces do coincide here and there; only the matches lie."""
     pair, T_true = pair_at_half_size(studio)
-    assert isinstance(align(pair, Evidence()), Registration), "with its own matches the pair is registered"
+    assert isinstance(align_by_all(pair, Evidence()), Registration), "with its own matches the pair is registered"
     outcomes: Counter[str] = Counter()
-    for trial in range(TRIALS):
+    for trial in range(FIRST, END):
         rng = np.random.default_rng(trial)
         lying = replace(pair, visual=shuffled(pair.visual, rng), geometric=shuffled(pair.geometric, rng))
-        outcome = align_by_images(lying, Evidence()) or align(lying, Evidence())
+        outcome = align_by_images(lying, Evidence()) or align_by_all(lying, Evidence())
         if isinstance(outcome, Rejection):
             outcomes[outcome.reason.name] += 1
         else:
             # Chance may hit the truth: that is an answer, and a right one.
             rotation_deg, translation_m = errors(outcome.T_target_source, T_true)
             outcomes["right" if rotation_deg < 5 and translation_m < 0.1 else "wrong"] += 1
-    assert outcomes["wrong"] == 0, outcomes
-    assert outcomes.total() - outcomes["right"] > 0.9 * TRIALS
+    print(f"trials {FIRST} to {END - 1}: {dict(outcomes)}")
+    assert outcomes["wrong"] < max(1, 0.001 * (END - FIRST)), outcomes
+    assert outcomes.total() - outcomes["right"] > 0.9 * (END - FIRST)

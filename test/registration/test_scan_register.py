@@ -27,11 +27,12 @@ from street_samples import (
 )
 
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
+from vigg_ros.registration.candidates import Pair, assess
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.geometric import build_surface
 from vigg_ros.registration.matches import no_matches
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.registration.verification import MAX_CONFLICT, Pair, assess
+from vigg_ros.registration.verification import MAX_CONFLICT
 from vigg_ros.worlds import STREET_DRIVE, Scene
 from vigg_ros.worlds.patterns import asphalt
 from vigg_ros.worlds.poses import Pose, flat

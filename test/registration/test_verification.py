@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,13 @@ from numpy.typing import NDArray
 from registration_samples import motion
 
 from vigg_ros.registration import Config, Evidence, Reason, Registration, Rejection, verification
+from vigg_ros.registration.candidates import Candidate, Pair
+from vigg_ros.registration.cliques import Hypotheses
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.refinement import Fit
 from vigg_ros.registration.verification import (
     MAX_RIVALS,
-    Candidate,
-    Pair,
+    carries,
     contenders,
     is_clear,
     is_supported,
@@ -59,15 +61,22 @@ def fit(of: Candidate, *, deviation_m: float = 0.002, deviation_deg: float = 0.1
 
 
 def verdict(
-    monkeypatch: pytest.MonkeyPatch, *fits: tuple[Candidate, Fit], config: Config = CONFIG
+    monkeypatch: pytest.MonkeyPatch, *fits: tuple[Candidate, Fit], config: Config = CONFIG, alike: float = 0.7
 ) -> Registration | Rejection:
     """What ``judge`` says when the frames agree under each motion as the candidate says."""
     by_motion = {one.T_target_source.tobytes(): one for one, _ in fits}
+    monkeypatch.setattr(verification, "likeness", lambda pair, T: alike)
     monkeypatch.setattr(verification, "assess", lambda pair, T: by_motion[T.tobytes()])
     points, rows = np.zeros((VISUAL, 3)), np.arange(VISUAL)
     visual = Matches(points, points, np.ones(VISUAL), rows, 1000 + rows)
-    nothing: Any = None
-    return judge(Pair(nothing, nothing, visual, no_matches(), config), [f for _, f in fits], Evidence(keypoints=7))
+    target, source = (SimpleNamespace(keypoints=SimpleNamespace(pixels=pixels(v))) for v in (0, 1))
+    pair = Pair(target, source, visual, no_matches(), config)  # type: ignore[arg-type]
+    return judge(pair, [f for _, f in fits], Evidence(keypoints=7))
+
+
+def pixels(v: int) -> NDArray[np.float32]:
+    """Row k of the target's keypoints, and row 1000 + k of the source's, at (k, v)."""
+    return np.array([(k % 1000, v) for k in range(2000)], np.float32)
 
 
 def test_a_sound_answer_is_given_with_its_evidence(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +85,7 @@ def test_a_sound_answer_is_given_with_its_evidence(monkeypatch: pytest.MonkeyPat
     assert isinstance(found, Registration)
     np.testing.assert_array_equal(found.T_target_source, sound.T_target_source)
     assert found.covariance[0, 0] == pytest.approx(0.002**2)
-    assert found.visual_inliers.tolist() == [[k, 1000 + k] for k in range(60)]
+    assert found.visual_inliers_px.tolist() == [[k, 0, k, 1] for k in range(60)]
     evidence = found.evidence
     assert (evidence.keypoints, evidence.visual_inliers, evidence.geometric_inliers) == (7, 60, 80)
     assert (evidence.overlap, evidence.rmse_m, evidence.runner_up) == (0.6, 0.01, 0)
@@ -108,6 +117,23 @@ def test_each_lack_has_its_name(
     assert "expected" in found.message or "agree" in found.message
     assert found.evidence.keypoints == 7
     assert is_supported(lacking, CONFIG) == (reason is Reason.DEGENERATE or "pairs" in fitted)
+
+
+@pytest.mark.parametrize(("alike", "answered"), [(0.31, True), (0.29, False), (-0.5, False), (np.nan, True)])
+def test_shapes_that_agree_are_not_believed_against_the_images(
+    alike: float, answered: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Few visual matches agree; where many do, the images have spoken."""
+    shaped, seen = candidate(visual=5), candidate(visual=60)
+    found = verdict(monkeypatch, (shaped, fit(shaped)), alike=alike)
+    assert isinstance(found, Registration) == answered
+    assert found.evidence.likeness == pytest.approx(alike, nan_ok=True)
+    if isinstance(found, Rejection):
+        assert found.reason is Reason.CONFLICT
+        assert "correlation" in found.message
+    clear = verdict(monkeypatch, (seen, fit(seen)), alike=alike)
+    assert isinstance(clear, Registration)
+    assert np.isnan(clear.evidence.likeness)
 
 
 def test_what_is_not_finite_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,10 +195,31 @@ def test_contenders_are_the_best_and_its_rivals() -> None:
     assert [one.T_target_source[0, 3] for one in found[1:]] == [1, 2, 3][:MAX_RIVALS]
 
 
-def test_only_clear_visual_evidence_spares_the_geometric_search() -> None:
-    assert is_clear([candidate()], CONFIG)
-    assert not is_clear([], CONFIG)
-    assert not is_clear([candidate(visual=12)], CONFIG), "too few"
-    assert not is_clear([candidate(in_front=0.3)], CONFIG), "not supported by the surfaces"
-    assert not is_clear([candidate(), candidate(1.0)], CONFIG), "a rival"
-    assert is_clear([candidate(), candidate(1.0, visual=5, geometric=0)], CONFIG)
+def hypotheses(*scores: float) -> Hypotheses:
+    """Steps of 0, 1, 2, ... m with these scores."""
+    return Hypotheses(np.array([motion((0, 0, 0), (x, 0, 0)) for x in range(len(scores))]), np.array(scores))
+
+
+@pytest.mark.parametrize(
+    ("agreeing", "of", "scores", "clear"),
+    [
+        (60, 100, (5.0,), True),
+        (60, 100, (5.0, 2.9), True),
+        (60, 100, (5.0, 3.0), False),  # a rival
+        (19, 100, (5.0,), False),  # too few
+        (20, 100, (5.0,), True),
+        (22, 150, (5.0,), False),  # of too many
+        (23, 150, (5.0,), True),
+        (0, 0, (), False),
+    ],
+)
+def test_only_clear_visual_evidence_spares_the_geometric_search(
+    agreeing: int, of: int, scores: tuple[float, ...], clear: bool
+) -> None:
+    source, rows = np.zeros((of, 3)), np.arange(of)
+    target = np.where(mask(agreeing, of)[:, None], 0.05, 5.0) * np.ones((of, 3))
+    visual = Matches(target, source, np.ones(of), rows, rows)
+    if scores:
+        assert carries(agreeing, of) == (clear or len(scores) > 1)
+    few = hypotheses(*scores) if scores else Hypotheses(np.empty((0, 4, 4)), np.empty(0))
+    assert is_clear(few, visual, CONFIG) == clear

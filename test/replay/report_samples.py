@@ -9,7 +9,8 @@ from functools import cache
 
 import numpy as np
 
-from vigg_ros.registration import Camera, Evidence, Features, Frame, Reason, Registration, Rejection
+from vigg_ros.registration import Camera, Config, Evidence, Frame, Reason, Registration, Rejection
+from vigg_ros.registration.features import assemble
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.options import VisualConfig
 from vigg_ros.registration.visual import detect
@@ -55,8 +56,7 @@ def frame(i=0):
     made = _frame(image.copy(), i)
     points = keypoints.points.astype(np.float32)
     surface = Surface(points, np.tile(np.float32([0, 0, -1]), (len(points), 1)))
-    # Nothing under test looks at the landmarks.
-    return made, Features(keypoints, None, surface, made.geometry.view())
+    return made, assemble(made, keypoints, surface, surface, Config())
 
 
 def attempt(i=0, *, with_keyframe=True):

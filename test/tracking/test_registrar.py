@@ -154,7 +154,7 @@ def test_the_same_frames_give_the_same_bytes(walk: tuple[list[Pose], list[Frame]
 
 def test_every_step_is_timed(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
     for estimate in walk[2][1:]:
-        assert {"keypoints", "surface", "features", "refinement"} <= set(estimate.timings_ms)
+        assert {"keypoints", "surface", "cliques", "refinement"} <= set(estimate.timings_ms)
         assert min(estimate.timings_ms.values()) >= 0
 
 
@@ -221,12 +221,9 @@ def test_each_lost_frame_tries_other_keyframes(studio: Studio) -> None:
     assert set(tried) == set(range(keyframes - 1))
 
 
-@pytest.mark.xfail(
-    reason="A corner of a room fits onto another one by its walls and floor, turned by 90 or 180 deg. No visual match "
-    "agrees, and none is asked for; of views of this room without a common part, one pair in four is answered so."
-)
 @pytest.mark.parametrize("turned", [15, 18])
 def test_a_place_seen_before_is_not_taken_for_another_corner(turned: int, studio: Studio) -> None:
+    """A corner fits onto another one by its walls and floor, turned by 90 or 180 deg; what is seen there does not."""
     path = pan(0, turned)
     _, back = back_at_the_start(studio, path)
     for estimate in back:
@@ -347,8 +344,8 @@ def test_an_attempt_shows_what_was_compared(studio: Studio) -> None:
     assert registrar.attempt.keyframe is not None
     assert registrar.attempt.keyframe.id == estimate.keyframe_id
     assert isinstance(estimate.outcome, Registration)
-    rows = estimate.outcome.visual_inliers
-    assert rows[:, 0].max() < len(registrar.attempt.keyframe.features.keypoints)
-    assert rows[:, 1].max() < len(registrar.attempt.features.keypoints)
+    compared = registrar.attempt.keyframe.features.keypoints, registrar.attempt.features.keypoints
+    for keypoints, pixels in zip(compared, np.hsplit(estimate.outcome.visual_inliers_px, 2), strict=True):
+        assert set(map(tuple, pixels.tolist())) <= set(map(tuple, keypoints.pixels.tolist()))
     registrar.step(sequence[2])
     assert len(registrar.attempt.features.keypoints) == 0

@@ -21,8 +21,7 @@ from vigg_ros.registration.features import Features
 from vigg_ros.registration.result import Evidence, Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
-from vigg_ros.registration.visual import match_visual
-from vigg_ros.replay.gallery import Look
+from vigg_ros.replay.gallery import Look, lines_of_matches
 from vigg_ros.replay.pictures import BODY, OPTICAL, draw_aligned, draw_matches
 
 NO_ANSWER = 1
@@ -135,12 +134,9 @@ def draw(
 ) -> None:
     """Pictures of the matches and, if there is an answer, of the aligned surfaces. Raises UsageError."""
     target, source = features
-    visual = match_visual(target.keypoints, source.keypoints, config.visual)
-    agrees = np.zeros(len(visual), bool)
-    if isinstance(outcome, Registration):
-        agrees = visual.distances(outcome.T_target_source) < config.cliques.inlier_threshold_m
-    pixels = target.keypoints.pixels[visual.target_row], source.keypoints.pixels[visual.source_row]
-    pictures = {"matches.png": draw_matches(frames[0].image, frames[1].image, *pixels, agrees=agrees)}
+    lines = lines_of_matches(target.keypoints, source.keypoints, outcome, config)
+    images = frames[0].image, frames[1].image
+    pictures = {"matches.png": draw_matches(*images, lines.target_px, lines.source_px, agrees=lines.agrees)}
     for name, frame, seen in zip(("target", "source"), frames, features, strict=True):
         scan = Look.of(frame, seen).draw_scan(frame.camera.width_px)
         if scan is not None:

@@ -43,6 +43,10 @@ class Config:
     keyframes: KeyframeConfig = KeyframeConfig()
     pairing: PairingConfig = PairingConfig()
     input: InputConfig = InputConfig()
+    time_budget_s: float = option(
+        0.0, "time after which a frame is given up (TIMEOUT); 0 for none, and the same answers on every computer",
+        unit="s", low=0.0, high=3600.0,
+    )
     seed: int = option(0, "another draw of the sampled source points", low=0, high=2**31 - 1)
 
     def __post_init__(self) -> None:
@@ -118,6 +122,7 @@ class Config:
 PRESETS: dict[str, dict[str, Any]] = {
     "rgbd": {},
     "lidar": {
+        "visual.max_pixels": 200_000,
         "visual.max_keypoints": 3000,
         "visual.top_k": 300,
         "geometric.voxel_size_m": 0.3,
@@ -133,6 +138,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
     # The paper's method as published: no geometric hypotheses, refinement or refusal.
     "rgbd_paper": {
+        "visual.max_pixels": 100_000_000,
         "geometric.feature_grid_voxels": 1.0,
         "geometric.normal_radius_voxels": 2.0,
         "geometric.feature_radius_voxels": 5.0,

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.kernels import surface as surface_kernels
 from vigg_ros.registration.kernels.cells import CellIndex
-from vigg_ros.registration.kernels.voxels import HALF_RANGE, voxel_means
+from vigg_ros.registration.kernels.voxels import voxel_means
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.options import GeometricConfig
 from vigg_ros.registration.stages import stage
@@ -66,10 +67,15 @@ class Landmarks:
         return Landmarks(self.points[rows], self.normals[rows], self.features[rows])
 
 
-def voxel_downsample(points: NDArray[np.floating], voxel_size_m: float) -> NDArray[np.float32]:
-    """The mean (V, 3) of the points (N, 3) in each occupied voxel; points beyond 2^20 voxels are dropped."""
-    inside = (np.abs(points) < voxel_size_m * HALF_RANGE).all(axis=1)
-    return np.asarray(voxel_means(np.ascontiguousarray(points[inside], np.float32), voxel_size_m))
+def voxel_downsample(
+    points: NDArray[np.floating], voxel_size_m: float, *, min_range_m: float = 0.0, max_range_m: float = math.inf
+) -> NDArray[np.float32]:
+    """The mean (V, 3) of the points (N, 3) in each occupied voxel.
+
+    Only of those whose distance from the origin is in range; points beyond 2^20 voxels are dropped.
+    """
+    kept = np.ascontiguousarray(points, np.float32)
+    return np.asarray(voxel_means(kept, float(voxel_size_m), float(min_range_m), float(max_range_m)))
 
 
 def estimate_normals(points: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
@@ -103,22 +109,29 @@ def rows_in_range(points: NDArray[np.floating], config: GeometricConfig) -> NDAr
 @stage("surface")
 def build_surface(points: NDArray[np.float32], config: GeometricConfig) -> Surface:
     """The voxel grid of all points (N, 3) within range of the sensor, the origin, where it is a surface."""
-    grid = voxel_downsample(points[rows_in_range(points, config)], config.voxel_size_m)
+    grid = voxel_downsample(
+        points, config.voxel_size_m, min_range_m=config.min_range_m, max_range_m=config.max_range_m
+    )
     normals = estimate_normals(grid, SURFACE_NORMAL_VOXELS * config.voxel_size_m)
     return Surface(grid, normals).select(np.any(normals != 0, axis=1))
 
 
-@stage("features")
-def build_landmarks(surface: Surface, config: GeometricConfig) -> Landmarks:
-    """The surface on the grid of features, with normals and FPFH of that scale."""
+@stage("surface")
+def build_patches(surface: Surface, config: GeometricConfig) -> Surface:
+    """The surface on the grid of features, with normals of that scale."""
     voxel = config.voxel_size_m
     points = surface.points
     if config.feature_grid_voxels > 1:
         points = voxel_downsample(points, config.feature_grid_voxels * voxel)
     normals = estimate_normals(points, config.normal_radius_voxels * voxel)
-    flat = np.any(normals != 0, axis=1)
-    points, normals = points[flat], normals[flat]
-    return Landmarks(points, normals, describe(points, normals, config.feature_radius_voxels * voxel))
+    return Surface(points, normals).select(np.any(normals != 0, axis=1))
+
+
+@stage("features")
+def build_landmarks(patches: Surface, config: GeometricConfig) -> Landmarks:
+    """The patches with FPFH."""
+    radius_m = config.feature_radius_voxels * config.voxel_size_m
+    return Landmarks(patches.points, patches.normals, describe(patches.points, patches.normals, radius_m))
 
 
 def sample(count: int, limit: int, seed: int) -> NDArray[np.int64]:

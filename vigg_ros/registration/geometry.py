@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vigg_ros.registration.camera import Camera
+from vigg_ros.registration.kernels.lifting import lift_depth
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.visibility import DepthView, ScanView
 
@@ -31,12 +32,9 @@ class DepthMap:
 
     def points(self) -> NDArray[np.float32]:
         """All points (N, 3)."""
-        row, column = np.nonzero(self.depth_m)
-        z = self.depth_m[row, column]
         camera = self.camera
-        x = (column.astype(np.float32) - np.float32(camera.cx_px)) * (z / np.float32(camera.fx_px))
-        y = (row.astype(np.float32) - np.float32(camera.cy_px)) * (z / np.float32(camera.fy_px))
-        return np.column_stack((x, y, z))
+        intrinsics = (np.float32(value) for value in (camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px))
+        return np.asarray(lift_depth(self.depth_m, *intrinsics))
 
     def points_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
         """Points (K, 3) seen by the pixels (K, 2); NaN where a pixel sees none."""

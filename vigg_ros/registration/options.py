@@ -33,6 +33,11 @@ class VisualConfig:
     detector: str = option(
         "sift", "orb where SIFT is too slow for the computer: it finds fewer matches", choices=("sift", "orb")
     )
+    max_pixels: int = option(
+        100_000, "the image is reduced to this at first, and searched in full only where that leaves doubt; "
+        "higher for fine texture far away, lower for speed",
+        unit="pixels", low=10_000, high=100_000_000,
+    )
     max_keypoints: int = option(1500, "lower for speed, higher for large, textured images", low=50, high=20000)
     ratio: float = option(
         0.8, "squared-distance ratio of best to second-best match; lower where textures repeat", low=0.1, high=1.0

@@ -18,14 +18,15 @@ from scipy.spatial.transform import Rotation
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.kernels.cells import CellIndex
-from vigg_ros.registration.kernels.zone import nearest_point
+from vigg_ros.registration.kernels.pairing import pair_surfaces
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.stages import stage
 
 WIDE_VOXELS, NARROW_VOXELS = 4.0, 2.0
 """Search radius of the first rounds, which may start a few voxels off, and of the others."""
-WIDE_ROUNDS = 2
+THINNING, MIN_THINNED = 4, 500
+"""The first rounds use every so manyth point, but not fewer than this: they need not be precise."""
 
 MIN_NORMAL_COSINE = 0.5
 """Surfaces that face apart by more than 60 deg are not the same surface."""
@@ -35,6 +36,9 @@ MAD_TO_SIGMA = 1.4826
 
 CONVERGED_VOXELS = 0.002
 """A step that moves the surface by less than this ends the rounds."""
+
+VISUAL_FLOOR_VOXELS = 0.1
+"""Standard deviation that a visual match has at least."""
 
 MIN_RESPONSE = 0.05
 """Surfaces that respond less are too rough to say how much they do."""
@@ -57,12 +61,13 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class _Residuals:
-    """N scalar residuals: e = value - jacobian @ step, with the source of each as a patch number."""
+    """N scalar residuals: e = value - jacobian @ step."""
 
     value: NDArray[np.float64]
     jacobian: NDArray[np.float64]
     weight: NDArray[np.float64]
-    patch: NDArray[np.int64]
+    row: NDArray[np.int64]
+    """(N,) the source point or match that each belongs to."""
     floor_m: float
     """Standard deviation that each has at least, however well they agree."""
 
@@ -79,22 +84,14 @@ class SurfaceAligner:
 
     def residuals(self, source: Surface, T_target_source: NDArray[np.float64], radius_voxels: float) -> _Residuals:
         """Distances between the nearest surfaces along the mean of their normals."""
-        index, target_sorted = self._sorted[radius_voxels]
-        moved = transform(T_target_source, source.points)
-        query = moved.astype(np.float32)
-        found = nearest_point(query, target_sorted.points, index.runs_at(query), radius_voxels * self._voxel_m)
-        rows = np.flatnonzero(found >= 0)
-        target = target_sorted.select(found[rows])
-        source_normals = source.normals[rows] @ T_target_source[:3, :3].T
-        facing = np.einsum("ni,ni->n", target.normals, source_normals) > MIN_NORMAL_COSINE
-        rows, target, normals = rows[facing], target.select(facing), source_normals[facing]
-        normals = normals + target.normals
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        value = np.einsum("ni,ni->n", target.points - moved[rows], normals)
+        index, target = self._sorted[radius_voxels]
+        rows, value, jacobian = pair_surfaces(
+            (source.points, source.normals), T_target_source, (target.points, target.normals), index.lookup(),
+            radius_voxels * self._voxel_m, MIN_NORMAL_COSINE,
+        )
         floor_m = 0.02 * self._voxel_m
         weight = _robust_weight(value, floor=floor_m)
-        patch = self._patches(source.points[rows])
-        return _Residuals(value, _jacobian(moved[rows], normals, T_target_source), weight, patch, floor_m)
+        return _Residuals(value, jacobian, weight, rows, floor_m)
 
     def response(self, source: Surface, T_target_source: NDArray[np.float64], found: _Residuals) -> float:
         """How much of a shift along the normals is seen once the surfaces are paired anew: a share in (0, 1].
@@ -113,7 +110,8 @@ class SurfaceAligner:
         share = (pull[0] - pull[1]) / (2 * shift * float(found.weight.sum()))
         return min(max(share, MIN_RESPONSE), 1.0)
 
-    def _patches(self, points: NDArray[np.float32]) -> NDArray[np.int64]:
+    def patches(self, points: NDArray[np.float32]) -> NDArray[np.int64]:
+        """The number of the patch that each point (N, 3) lies on."""
         cells = np.floor(points / (BLOCK_VOXELS * self._voxel_m)).astype(np.int64)
         # Primes of Teschner 2003: different patches rarely get the same number.
         return np.asarray((cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791))
@@ -140,15 +138,14 @@ def _robust_weight(value: NDArray[np.float64], *, floor: float) -> NDArray[np.fl
 
 
 def _visual_residuals(prior: Matches, T_target_source: NDArray[np.float64], floor: float) -> _Residuals:
-    """Three residuals for each visual match, along the target's axes; a match is a patch of its own."""
+    """Three residuals for each visual match, along the target's axes."""
     moved = transform(T_target_source, prior.source)
     value = prior.target - moved
     weight = np.repeat(_robust_weight(np.linalg.norm(value, axis=1) / math.sqrt(3), floor=floor), 3)
     jacobian = np.concatenate(
         [_jacobian(moved, np.broadcast_to(axis, moved.shape), T_target_source) for axis in np.eye(3)], axis=1
     ).reshape(-1, 6)
-    patch = -1 - np.repeat(np.arange(len(prior)), 3)
-    return _Residuals(value.ravel(), jacobian, weight, patch, floor)
+    return _Residuals(value.ravel(), jacobian, weight, np.repeat(np.arange(len(prior)), 3), floor)
 
 
 @stage("refinement")
@@ -159,20 +156,40 @@ def refine(
     T_target_source: NDArray[np.float64],
     config: Config,
 ) -> Fit:
-    """Gauss-Newton on the surfaces and the visual matches (already inliers) together."""
-    iterations, voxel_size_m = config.refinement.iterations, config.geometric.voxel_size_m
-    surface = aligner.residuals(source, T_target_source, WIDE_VOXELS)
-    for i in range(iterations):
-        matched = _visual_residuals(visual, T_target_source, floor=0.1 * voxel_size_m)
-        step = _solve(surface, matched)
-        T_target_source = _moved(T_target_source, step)
-        surface = aligner.residuals(source, T_target_source, WIDE_VOXELS if i + 1 < WIDE_ROUNDS else NARROW_VOXELS)
-        if i >= WIDE_ROUNDS and np.linalg.norm(step[:3]) + np.linalg.norm(step[3:]) < CONVERGED_VOXELS * voxel_size_m:
-            break
-    matched = _visual_residuals(visual, T_target_source, floor=0.1 * voxel_size_m)
+    """Gauss-Newton on the surfaces together with the visual matches that agree with the motion at the start."""
+    visual = visual.select(visual.distances(T_target_source) < config.cliques.inlier_threshold_m)
+    voxel_m = config.geometric.voxel_size_m
+    T_target_source = _descend(aligner, source, visual, T_target_source, config)
+    matched = _visual_residuals(visual, T_target_source, floor=VISUAL_FLOOR_VOXELS * voxel_m)
+    surface = aligner.residuals(source, T_target_source, NARROW_VOXELS)
     rms_m = float(np.sqrt(np.mean(surface.value**2))) if len(surface.value) else math.nan
     response = aligner.response(source, T_target_source, surface)
-    return Fit(T_target_source, _covariance(surface, matched, response), rms_m, len(surface.value))
+    # A match is a patch of its own; numbers of surface patches are not negative.
+    patches = np.concatenate((aligner.patches(source.points[surface.row]), -1 - matched.row))
+    return Fit(T_target_source, _covariance(surface, matched, patches, response), rms_m, len(surface.value))
+
+
+def _descend(
+    aligner: SurfaceAligner,
+    source: Surface,
+    visual: Matches,
+    T_target_source: NDArray[np.float64],
+    config: Config,
+) -> NDArray[np.float64]:
+    """Gauss-Newton: first with few points and far-reaching pairs, at last with all points and near pairs."""
+    voxel_m = config.geometric.voxel_size_m
+    few = source.select(np.arange(0, len(source), THINNING)) if len(source) > THINNING * MIN_THINNED else source
+    rounds = config.refinement.iterations
+    for points, radius, converged in (
+        (few, WIDE_VOXELS, 0.1), (few, NARROW_VOXELS, 0.05), (source, NARROW_VOXELS, CONVERGED_VOXELS)
+    ):
+        for _ in range(rounds):
+            surface = aligner.residuals(points, T_target_source, radius)
+            step = _solve(surface, _visual_residuals(visual, T_target_source, floor=VISUAL_FLOOR_VOXELS * voxel_m))
+            T_target_source = _moved(T_target_source, step)
+            if np.linalg.norm(step[:3]) + np.linalg.norm(step[3:]) < converged * voxel_m:
+                break
+    return T_target_source
 
 
 def _information(residuals: _Residuals) -> NDArray[np.float64]:
@@ -192,7 +209,9 @@ def _moved(T_target_source: NDArray[np.float64], step: NDArray[np.float64]) -> N
     return moved
 
 
-def _covariance(surface: _Residuals, visual: _Residuals, response: float) -> NDArray[np.float64]:
+def _covariance(
+    surface: _Residuals, visual: _Residuals, patches: NDArray[np.int64], response: float
+) -> NDArray[np.float64]:
     """Cluster-robust covariance (Liang and Zeger 1986): A^-1 B A^-1, B from the summed scores of patches.
 
     Unlike A^-1 it does not take the thousand points of one patch for a thousand measurements. A is the
@@ -206,11 +225,11 @@ def _covariance(surface: _Residuals, visual: _Residuals, response: float) -> NDA
         return np.diag(np.full(6, np.inf))
     A_inverse = np.linalg.inv(information)
     scores = np.vstack([r.jacobian * (r.weight * r.value)[:, None] for r in (surface, visual)])
-    patches, place = np.unique(np.concatenate((surface.patch, visual.patch)), return_inverse=True)
-    sums = np.zeros((len(patches), 6))
+    different, place = np.unique(patches, return_inverse=True)
+    sums = np.zeros((len(different), 6))
     np.add.at(sums, place, scores)
     # Patches beyond the parameters they fix, as in any estimate of a variance.
-    correction = len(patches) / max(len(patches) - 6, 1)
+    correction = len(different) / max(len(different) - 6, 1)
     least = [r.jacobian * (r.weight * r.floor_m)[:, None] for r in (surface, visual)]
     spread = correction * (sums.T @ sums) + sum(scores.T @ scores for scores in least)
     sandwich = A_inverse @ spread @ A_inverse

@@ -30,6 +30,8 @@ class Reason(str, Enum):
     """Surfaces lie where the other sensor looked through, or looked at something else."""
     AMBIGUOUS = "AMBIGUOUS"
     """Another motion explains the frames nearly as well."""
+    TIMEOUT = "TIMEOUT"
+    """The time budget was used up."""
     NOT_FINITE = "NOT_FINITE"
     """Numerical failure."""
 
@@ -57,6 +59,9 @@ class Evidence:
     """Coinciding share of the surface that both sensors should see."""
     conflict: float = float("nan")
     """Share of free space among the points that lie on a seen surface or in free space."""
+    likeness: float = float("nan")
+    """How alike the images show the coinciding surface: a correlation; NaN where visual matches carry the answer,
+    and where the images have too little in common to tell."""
     runner_up: float = float("nan")
     """How near the best different answer comes to the chosen one; from 1 on nothing decides between them."""
 
@@ -73,8 +78,8 @@ class Registration:
     t + dt and exp(dr) R, as geometry_msgs/PoseWithCovariance means it.
     """
     evidence: Evidence
-    visual_inliers: NDArray[np.int64]
-    """(K, 2) rows of the matched keypoints in the target's and the source's features."""
+    visual_inliers_px: NDArray[np.float32]
+    """(K, 4) pixels of the visual matches that agree: u and v in the target's image, u and v in the source's."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,25 +4,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.candidates import Candidate, Pair, assess
 from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features, extract
 from vigg_ros.registration.geometric import match_global, sample
-from vigg_ros.registration.local_match import LocalMatcher, guided_fit, max_zone_radius_m
+from vigg_ros.registration.local_match import guided_fit
 from vigg_ros.registration.matches import concatenate, no_matches
-from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
+from vigg_ros.registration.refinement import Fit, refine
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
+from vigg_ros.registration.stages import OutOfTime, time_limit
 from vigg_ros.registration.verification import (
     RIVAL_MATCHES,
-    Candidate,
-    Pair,
-    assess,
+    carries,
     contenders,
     find_lack,
     is_clear,
-    is_clear_answer,
     is_supported,
     judge,
 )
@@ -34,26 +37,53 @@ __all__ = ["extract", "register"]
 def register(target: Features, source: Features, config: Config) -> Outcome:
     """T_target_source of two frames, or the reason why there is none.
 
-    A pure function: the same features and configuration give the same outcome. Bad data does not get
-    here (``Frame`` refuses it); frames that cannot be registered give a Rejection, never a transform.
+    A pure function: the same features and configuration give the same outcome (but for a time budget, if one
+    is set). Bad data does not get here (``Frame`` refuses it); frames that cannot be registered give a
+    Rejection, never a transform.
     """
     evidence = Evidence(keypoints=len(source.keypoints))
+    try:
+        with time_limit(config.time_budget_s):
+            return align(target, source, config, evidence)
+    except OutOfTime as overrun:
+        return Rejection(Reason.TIMEOUT, str(overrun), evidence)
+
+
+def align(target: Features, source: Features, config: Config, evidence: Evidence) -> Outcome:
+    """The algorithm: by the images where they leave no doubt, else by images and shapes together."""
     lack = find_lack(target, source)
     if lack:
         return Rejection(*lack, evidence)
-
-    visual = match_visual(target.keypoints, source.keypoints, config.visual)  # C_vis
-    pair = Pair(target, source, visual, no_matches(), config)
     if config.verification.enabled and not config.geometric.always:
-        answer = align_by_images(pair, evidence)
+        visual = match_visual(target.keypoints, source.keypoints, config.visual)
+        answer = align_by_images(Pair(target, source, visual, no_matches(), config), evidence)
         if answer is not None:
             return answer
+    visual = match_visual(target.fine_keypoints, source.fine_keypoints, config.visual)  # C_vis
     geometric = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)  # C_geo
-    return align(replace(pair, geometric=geometric), evidence)
+    return align_by_all(Pair(target, source, visual, geometric, config, in_full=True), evidence)
 
 
-def align(pair: Pair, evidence: Evidence) -> Outcome:
-    """The answer from all matches."""
+def align_by_images(pair: Pair, evidence: Evidence) -> Registration | None:
+    """The answer from visual matches alone, where they leave no doubt: then there is nothing to guide.
+
+    Global and local geometric matches cost more than all the rest, and most frames of a sequence do not need
+    them: the refinement aligns the surfaces from where a clear clique of visual matches has put them.
+    """
+    config = pair.config
+    hypotheses = propose(pair.visual, pair.geometric, config.cliques)
+    few = distinct(hypotheses, 2, config.cliques.inlier_threshold_m)
+    if not is_clear(few, pair.visual, config):
+        return None
+    evidence = replace(evidence, visual_matches=len(pair.visual), hypotheses=len(hypotheses), candidates=1)
+    outcome = judge(pair, polish(pair, [few.T_target_source[0]]), evidence)
+    if isinstance(outcome, Rejection) or not carries(outcome.evidence.visual_inliers, len(pair.visual)):
+        return None
+    return outcome
+
+
+def align_by_all(pair: Pair, evidence: Evidence) -> Outcome:
+    """The answer by mutual guidance of visual and geometric matches."""
     hypotheses = propose(pair.visual, pair.geometric, pair.config.cliques)  # GVCA
     candidates = follow(pair, hypotheses)  # VGM
     evidence = replace(
@@ -66,23 +96,8 @@ def align(pair: Pair, evidence: Evidence) -> Outcome:
     if not candidates:
         found = f"no three of {len(pair.visual)} visual and {len(pair.geometric)} geometric matches fit one motion"
         return Rejection(Reason.TOO_FEW_MATCHES, found, evidence)
-    return judge(pair, polish(pair, contenders(candidates, pair.config)), evidence)
-
-
-def align_by_images(pair: Pair, evidence: Evidence) -> Registration | None:
-    """The answer from visual matches alone, where they leave no doubt: then there is nothing to guide.
-
-    Global geometric matches cost as much as all the rest, and most frames of a sequence do not need them.
-    """
-    hypotheses = propose(pair.visual, pair.geometric, pair.config.cliques)
-    candidates = follow(pair, hypotheses)
-    if not is_clear(candidates, pair.config):
-        return None
-    evidence = replace(
-        evidence, visual_matches=len(pair.visual), hypotheses=len(hypotheses), candidates=len(candidates)
-    )
-    outcome = judge(pair, polish(pair, contenders(candidates, pair.config)), evidence)
-    return outcome if isinstance(outcome, Registration) and is_clear_answer(outcome) else None
+    best = contenders(candidates, pair.config)
+    return judge(pair, polish(pair, [candidate.T_target_source for candidate in best]), evidence)
 
 
 def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
@@ -91,7 +106,6 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     threshold_m = config.cliques.inlier_threshold_m
     few = distinct(hypotheses, config.verification.candidates, threshold_m)
     prior = concatenate(pair.visual, pair.geometric) if config.local_match.geometric_prior else pair.visual
-    matcher = LocalMatcher(pair.target.landmarks, max_zone_radius_m(threshold_m, config.local_match))
     rows = sample(len(pair.source.landmarks), config.geometric.sample_k, config.seed)
     source = pair.source.landmarks.select(rows)
     candidates: list[Candidate] = []
@@ -101,17 +115,13 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
         # Lesser hypotheses cannot rival a good answer; they are followed only while there is none.
         if score < RIVAL_MATCHES * few.score[0] and any(is_supported(c, config) for c in candidates):
             break
-        fitted = guided_fit(matcher, source, prior, T_target_source, threshold_m, config.local_match)
+        fitted = guided_fit(pair.target.matcher, source, prior, T_target_source, threshold_m, config.local_match)
         candidates.append(assess(pair, fitted))
     return candidates
 
 
-def polish(pair: Pair, candidates: list[Candidate]) -> list[Fit]:
-    """The candidates with their surfaces and visual inliers aligned to the sensor's limit."""
+def polish(pair: Pair, motions: Sequence[NDArray[np.float64]]) -> list[Fit]:
+    """Each motion (4, 4) with surfaces and visual inliers aligned to the sensor's limit."""
     config = pair.config
-    aligner = SurfaceAligner(pair.target.surface, config.geometric.voxel_size_m)
     source = pair.source.surface.select(sample(len(pair.source.surface), config.geometric.sample_k, config.seed))
-    return [
-        refine(aligner, source, pair.visual.select(candidate.visual_inliers), candidate.T_target_source, config)
-        for candidate in candidates
-    ]
+    return [refine(pair.target.aligner, source, pair.visual, motion, config) for motion in motions]

@@ -16,7 +16,7 @@ from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import ProjectedScan
 from vigg_ros.registration.options import VerificationConfig
-from vigg_ros.registration.result import Evidence, Reason, Registration, Rejection
+from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.visibility import DepthView
 from vigg_ros.registration.visual import Keypoints, match_visual
@@ -34,6 +34,33 @@ from vigg_ros.tracking.registrar import Attempt, Estimate
 
 LOST_MARGIN = -1.0
 """Below the margin of every answered frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """N visual matches as they are drawn."""
+
+    target_px: NDArray[np.floating]
+    """(N, 2)"""
+    source_px: NDArray[np.floating]
+    """(N, 2)"""
+    agrees: NDArray[np.bool_]
+    """(N,) with the answer."""
+
+
+def lines_of_matches(target: Keypoints, source: Keypoints, outcome: Outcome | None, config: Config) -> Lines:
+    """The matches that agree with the answer, as it counted them, and those of the reduced images that do not."""
+    matches = match_visual(target, source, config.visual)
+    agreeing = np.empty((0, 4), np.float32)
+    if isinstance(outcome, Registration):
+        agreeing = outcome.visual_inliers_px
+        off_m = matches.distances(outcome.T_target_source)
+        matches = matches.select(off_m >= config.cliques.inlier_threshold_m)
+    return Lines(
+        np.concatenate((target.pixels[matches.target_row], agreeing[:, :2])),
+        np.concatenate((source.pixels[matches.source_row], agreeing[:, 2:])),
+        np.arange(len(matches) + len(agreeing)) >= len(matches),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +117,13 @@ class Exhibit:
             nothing = np.empty((0, 2))
             image = np.full_like(self.source.image, 255)
             return draw_matches(image, self.source.image, nothing, nothing, panel_width_px=panel_width_px)
-        matches = match_visual(self.target.keypoints, self.source.keypoints, config.visual)
+        lines = lines_of_matches(self.target.keypoints, self.source.keypoints, self.estimate.outcome, config)
         return draw_matches(
             self.target.image,
             self.source.image,
-            self.target.keypoints.pixels[matches.target_row],
-            self.source.keypoints.pixels[matches.source_row],
-            agrees=np.isin(matches.source_row, self._inlier_rows()),
+            lines.target_px,
+            lines.source_px,
+            agrees=lines.agrees,
             panel_width_px=panel_width_px,
         )
 
@@ -121,10 +148,6 @@ class Exhibit:
             return self.source.draw_scan(panel_width_px)
         left, right = self.target.draw_scan(panel_width_px), self.source.draw_scan(panel_width_px)
         return None if left is None or right is None else beside(left, right)
-
-    def _inlier_rows(self) -> NDArray[np.int64]:
-        outcome = self.estimate.outcome
-        return outcome.visual_inliers[:, 1] if isinstance(outcome, Registration) else np.empty(0, np.int64)
 
 
 class Gallery:

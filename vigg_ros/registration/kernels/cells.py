@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,10 @@ class CellIndex:
         starts = np.append(first, len(points)).astype(np.int64)
         runs = runs_of_keys_plain(keys, keys, starts, _steps(shape))
         return cls(cell_size_m, origin, shape, order, keys, starts, runs)
+
+    def lookup(self) -> tuple[Any, ...]:
+        """What a kernel needs to find runs by itself: origin, cell size, shape, keys, starts, runs, steps."""
+        return self.origin, self.cell_size_m, self.shape, self.keys, self.starts, self.runs, _steps(self.shape)
 
     def runs_at(self, points: NDArray[np.floating]) -> NDArray[np.int64]:
         """Runs (M, 9, 2) around arbitrary points (M, 3); empty runs where no indexed point can be near."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nearest neighbours within a radius, by distance or by feature (paper eq. 11)."""
+"""The most similar feature within a radius (paper eq. 11)."""
 
 from __future__ import annotations
 
@@ -51,28 +51,3 @@ def nearest_in_zone_plain(
     best = dots[np.arange(len(queries)), found]
     empty = np.isneginf(best)
     return np.where(empty, -1, found), np.where(empty, 0, best).astype(np.float32)
-
-
-@compiled
-def nearest_point(queries, points, runs, radius):  # pragma: no cover - compiled
-    """For each query (M, 3) the nearest sorted point within radius: its index (M,), -1 where there is none."""
-    found = np.full(len(queries), -1, np.int64)
-    for i in range(len(queries)):
-        best = np.float32(radius * radius)
-        for run in range(9):
-            for j in range(runs[i, run, 0], runs[i, run, 1]):
-                dx, dy, dz = points[j, 0] - queries[i, 0], points[j, 1] - queries[i, 1], points[j, 2] - queries[i, 2]
-                distance = dx * dx + dy * dy + dz * dz
-                if distance <= best:
-                    best = distance
-                    found[i] = j
-    return found
-
-
-def nearest_point_plain(
-    queries: NDArray[np.float32], points: NDArray[np.float32], radius: float
-) -> NDArray[np.int64]:
-    """Twin of ``nearest_point`` by all pairs."""
-    distance = np.linalg.norm(queries[:, None].astype(np.float64) - points[None], axis=2)
-    found = distance.argmin(axis=1)
-    return np.where(distance[np.arange(len(queries)), found] <= radius, found, -1)
