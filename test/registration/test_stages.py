@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from vigg_ros.registration.stages import record_stages, stage
+from vigg_ros.registration.stages import OutOfTime, record_stages, stage, time_limit
 
 
 @stage("slow")
@@ -58,6 +58,23 @@ def test_a_thread_records_for_itself() -> None:
         thread.start()
         thread.join()
     assert timings_ms == {}
+
+
+def test_no_stage_begins_once_the_time_is_used_up() -> None:
+    with time_limit(0.005):
+        assert slow(0.006) == 0.006, "a stage that has begun is finished"
+        with pytest.raises(OutOfTime, match=r"0\.005 s was used up before slow"):
+            slow(0)
+        with pytest.raises(OutOfTime), time_limit(10):  # the earlier end holds
+            slow(0)
+        with pytest.raises(OutOfTime), time_limit(0):
+            slow(0)
+    assert slow(0) == 0, "outside there is no limit"
+
+
+def test_no_budget_is_no_limit() -> None:
+    with time_limit(0):
+        assert slow(0.001) == 0.001
 
 
 def test_the_function_keeps_its_name() -> None:

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from vigg_ros.registration.kernels.maximal_cliques import heaviest_cliques
 from vigg_ros.registration.matches import Matches, concatenate
@@ -48,10 +50,12 @@ def compatibility(matches: Matches, threshold_m: float, score_threshold: float) 
     s_ij = exp(-d_ij^2 / (2 t^2)) of the length difference d_ij (eq. 1), zero below the score threshold,
     times the support (S S)_ij of all matches compatible with both (SC2-PCR).
     """
-    difference = _lengths(matches.target) - _lengths(matches.source)
-    first_order = np.exp(-(difference**2) / np.float32(2 * threshold_m**2))
-    first_order[first_order < score_threshold] = 0
-    np.fill_diagonal(first_order, 0)
+    exponent = (_lengths(matches.target) - _lengths(matches.source)) ** 2 / np.float32(2 * threshold_m**2)
+    # Most pairs are incompatible; only for the others the exponential is worth its time.
+    compatible = exponent <= -math.log(max(score_threshold, 1e-30))
+    np.fill_diagonal(compatible, False)
+    first_order = np.zeros_like(exponent)
+    first_order[compatible] = np.exp(-exponent[compatible])
     return np.asarray(first_order * (first_order @ first_order))
 
 
@@ -59,7 +63,7 @@ def find_cliques(weight: NDArray[np.float32], max_work: int = MAX_WORK) -> NDArr
     """The heaviest maximal clique of each node (M, M weights), without repetition: members (K, M).
 
     Cliques have at least three nodes. The search is bounded by ``max_work`` word operations; at the
-    bound each node still has the heaviest clique seen so far, at least a greedily grown one.
+    bound each node still has the heaviest clique seen so far, at least one greedily grown.
     """
     count = len(weight)
     if count < 3:
@@ -113,7 +117,7 @@ def differ(T_a: NDArray[np.float64], T_b: NDArray[np.float64], threshold_m: floa
 
 def _lengths(points: NDArray[np.float64]) -> NDArray[np.float32]:
     """Distances (M, M) between all pairs of points."""
-    return np.asarray(np.linalg.norm(points[:, None] - points[None], axis=2), np.float32)
+    return np.asarray(cdist(points, points), np.float32)
 
 
 def _fit_cliques(matches: Matches, config: CliqueConfig) -> NDArray[np.float64]:

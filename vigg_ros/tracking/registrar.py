@@ -14,7 +14,7 @@ from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Evidence, Outcome, Registration, Rejection
-from vigg_ros.registration.stages import record_stages
+from vigg_ros.registration.stages import record_stages, time_limit
 from vigg_ros.registration.verification import find_lack
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.tracking.chain import UncertainPose
@@ -122,7 +122,8 @@ class Registrar:
             if self._keyframes.reference is None:
                 self._attempt = seen
                 return self._start(seen, timings_ms)
-            state, keyframe, outcome = self._search(seen.features)
+            with time_limit(self._config.time_budget_s):  # for all keyframes that are tried
+                state, keyframe, outcome = self._search(seen.features)
             if isinstance(outcome, Registration):
                 seen, keyframe, outcome = self._correct(frame, seen, keyframe, outcome)
         self._attempt = replace(seen, keyframe=keyframe)

@@ -11,6 +11,9 @@ from vigg_ros.registration.kernels.compilation import compiled
 
 _ONE = np.uint64(1)
 
+GREEDY_WORK = 20_000_000
+"""Weights looked at for greedy cliques, after which only nodes that are in none yet grow one."""
+
 
 @compiled
 def _popcount(x):  # pragma: no cover - compiled
@@ -103,15 +106,21 @@ def heaviest_cliques(neighbours, weight, order, max_work):  # pragma: no cover -
     neighbours (N, W) uint64 bit rows without self-loops, weight (N, N) float32 symmetric, order (N, N) each row's
     nodes by falling weight. Returns best (N, W), the members of each node's clique, their weights (N,),
     and whether every maximal clique was seen. ``max_work`` bounds the word operations of the search;
-    at the bound the heaviest cliques found so far stand, and each node has at least its greedy one.
+    at the bound the heaviest cliques found so far stand, and each node has at least its greedy one, or, in graphs
+    with so many and so large ones that GREEDY_WORK is spent, one that it shares.
     Cliques of fewer than three nodes do not count; nodes without one keep weight 0.
     """
     n, words = neighbours.shape
     best = np.zeros((n, words), np.uint64)
     best_weight = np.zeros(n, np.float32)
     members = np.empty(n + 1, np.int64)
+    grown = 0
     for node in range(n):
+        # Thousands of large cliques that hardly differ would take seconds to weigh.
+        if grown > GREEDY_WORK and best_weight[node] > 0:
+            continue
         size = _greedy(node, order[node], neighbours, members)
+        grown += n + size * size
         # In a dense graph many nodes grow the same clique; weighing it costs the square of its size.
         if size >= 3 and not _is_clique(members, size, best[node]):
             _keep_heaviest(members, size, weight, best_weight, best)

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is kept with a frame: at once, or when doubt asks for it."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from registration_samples import CAMERA, Studio, answer, errors, looking
+
+from vigg_ros.registration import Config, Reason, Registration, Rejection, extract, register
+from vigg_ros.registration.features import Late
+from vigg_ros.registration.stages import record_stages
+from vigg_ros.worlds.poses import look_at
+
+REDUCED = Config().replace({"visual.max_pixels": 10_000})
+"""The studio's images have 19,200 pixels."""
+
+
+def test_a_late_value_is_made_once_however_many_ask() -> None:
+    calls: list[int] = []
+
+    def make() -> object:
+        time.sleep(0.01)
+        calls.append(1)
+        return object()
+
+    late, got = Late(make), []
+    threads = [threading.Thread(target=lambda: got.append(late())) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(calls) == 1
+    assert all(value is got[0] for value in got)
+
+
+def test_a_late_value_that_failed_is_tried_again() -> None:
+    outcomes = iter([ValueError("not yet"), 7])
+
+    def make() -> int:
+        outcome = next(outcomes)
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+    late = Late(make)
+    with pytest.raises(ValueError, match="not yet"):
+        late()
+    assert late() == 7
+
+
+def test_an_image_that_is_small_enough_is_searched_once(studio: Studio) -> None:
+    features = extract(studio.frame(looking(), 1), Config())
+    assert features.fine_keypoints is features.keypoints
+
+
+def test_a_reduced_image_has_fewer_keypoints_at_the_pixels_of_the_full_one(studio: Studio) -> None:
+    frame = studio.frame(looking(), 1)
+    features = extract(frame, REDUCED)
+    few, many = features.keypoints, features.fine_keypoints
+    assert 20 < len(few) < len(many)
+    for keypoints in (few, many):
+        inside = (keypoints.pixels >= 0) & (keypoints.pixels <= (CAMERA.width_px - 1, CAMERA.height_px - 1))
+        assert inside.all()
+        np.testing.assert_allclose(CAMERA.project(keypoints.points), keypoints.pixels, atol=1e-3)
+    # Most strong corners are found in both, within a pixel of the reduced image.
+    nearest = np.linalg.norm(few.pixels[:, None] - many.pixels[None], axis=2).min(axis=1)
+    assert np.mean(nearest < 1.4) > 0.6
+
+
+def test_clear_pairs_need_neither_landmarks_nor_the_full_image(studio: Studio) -> None:
+    poses = looking(), looking((0.05, 0.05, 0))
+    target, source = (extract(studio.frame(pose, seed), REDUCED) for seed, pose in enumerate(poses))
+    with record_stages() as timings_ms:
+        found = answer(register(target, source, REDUCED))
+    assert not {"features", "global matches", "local matches", "keypoints"} & set(timings_ms)
+    assert np.isnan(found.evidence.likeness)
+    assert errors(found.T_target_source, np.linalg.inv(poses[0]) @ poses[1])[1] < 0.02
+
+
+def test_doubt_calls_for_everything_and_it_is_kept(studio: Studio) -> None:
+    # Turned by 42 deg of 60: a dozen keypoints in common.
+    poses = (look_at((-0.6, 0, 1.4), (-0.6 + np.cos(a), np.sin(a), 1.15)) for a in np.deg2rad((106, 148)))
+    target, source = (extract(studio.frame(pose, seed), REDUCED) for seed, pose in enumerate(poses))
+    with record_stages() as timings_ms:
+        register(target, source, REDUCED)
+    assert {"features", "global matches", "local matches", "keypoints"} <= set(timings_ms)
+    with record_stages() as timings_ms:
+        again = register(target, source, REDUCED)
+    assert not {"features", "keypoints"} & set(timings_ms), "made anew"
+    if isinstance(again, Registration):
+        assert again.evidence.visual_inliers == len(again.visual_inliers_px)
+
+
+def test_the_method_of_the_paper_runs_whole_where_it_is_asked_for(studio: Studio) -> None:
+    config = Config().replace({"geometric.always": True})
+    target, source = (studio.features(looking((0.05 * k, 0, 0)), k) for k in range(2))
+    with record_stages() as timings_ms:
+        found = answer(register(target, source, config))
+    assert {"global matches", "local matches"} <= set(timings_ms)
+    assert found.evidence.geometric_matches > 0
+
+
+def test_a_time_budget_that_is_used_up_is_a_rejection(studio: Studio) -> None:
+    target, source = (studio.features(looking((0.05 * k, 0, 0)), k) for k in range(2))
+    found = register(target, source, Config().replace({"time_budget_s": 1e-9}))
+    assert isinstance(found, Rejection)
+    assert found.reason is Reason.TIMEOUT
+    assert "time budget of 1e-09 s" in found.message
+    assert isinstance(register(target, source, Config().replace({"time_budget_s": 60})), Registration)

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How time and memory grow with the size of the input, up to the worst case."""
+
+from __future__ import annotations
+
+import multiprocessing
+import resource
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.camera import Camera
+from vigg_ros.registration.cliques import propose
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.features import extract
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.matches import Matches, no_matches
+from vigg_ros.registration.rigid import transform
+from vigg_ros.registration.vigg import register
+
+POINTS = (5_000, 20_000, 50_000, 100_000, 200_000, 500_000)
+MATCHES = (50, 150, 300, 500, 1_000, 2_000)
+REPEATS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """What one size took."""
+
+    what: str
+    size: int
+    milliseconds: float
+    """The least of REPEATS: the others had to share the machine."""
+    peak_mb: float
+    """Of the whole process, which did nothing else."""
+
+
+def measure() -> Iterator[Growth]:
+    """Every input at every size, each in a process of its own."""
+    for what, sizes in SIZES.items():
+        for size in sizes:
+            yield run_apart(what, size)
+
+
+def run_apart(what: str, size: int) -> Growth:
+    """One input at one size, in a new process, so that its peak of memory is its own."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context) as pool:
+        return pool.submit(measure_one, what, size).result()
+
+
+def measure_one(what: str, size: int) -> Growth:
+    """One input at one size, in this process."""
+    prepare = INPUTS[what]
+    prepare(min(SIZES[what]))()  # compiles or loads
+    work = prepare(size)
+    durations = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        work()
+        durations.append(time.perf_counter() - start)
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return Growth(what, size, 1e3 * min(durations), peak_mb)
+
+
+def plain(count: int, seed: int = 0) -> NDArray[np.float32]:
+    """Points (N, 3) on rolling ground around a scanner at 1.8 m, as dense near it as a scan is."""
+    rng = np.random.default_rng(seed)
+    angle, distance_m = rng.uniform(-np.pi, np.pi, count), 3 * 20 ** rng.uniform(0, 1, count)
+    x, y = distance_m * np.cos(angle), distance_m * np.sin(angle)
+    z = 1.5 * np.sin(0.3 * x) * np.cos(0.2 * y) - 1.8 + rng.normal(0, 0.02, count)
+    return np.column_stack((x, y, z)).astype(np.float32)
+
+
+def registration_of(count: int) -> Callable[[], object]:
+    """Extract a scan of so many points and register it against another one, with all that doubt calls for."""
+    config = Config.preset("lidar")
+    camera = Camera(width_px=640, height_px=240, fx_px=400.0, fy_px=400.0, cx_px=319.5, cy_px=119.5)
+    T_camera_points = np.array(((0, -1, 0, 0), (0, 0, -1, 0), (1, 0, 0, 0), (0, 0, 0, 1)), np.float64)
+    image = np.random.default_rng(0).integers(0, 256, (240, 640), np.uint8)
+    frames = [Frame.from_points(image, plain(count, seed), camera, T_camera_points) for seed in (0, 1)]
+    target = extract(frames[0], config)
+    return lambda: register(target, extract(frames[1], config), config)
+
+
+def cliques_of(count: int, right: float = 0.3) -> Callable[[], object]:
+    """Hypotheses of so many visual matches, of which a share is right."""
+    rng = np.random.default_rng(0)
+    target = rng.uniform(-3, 3, (count, 3))
+    T_source_target = np.eye(4)
+    T_source_target[:3, 3] = 0.3, -0.2, 0.1
+    source = transform(T_source_target, target) + rng.normal(0, 0.01, (count, 3))
+    wrong = rng.random(count) >= right
+    source[wrong] = rng.uniform(-3, 3, (np.count_nonzero(wrong), 3))
+    rows = np.arange(count)
+    matches = Matches(target, source, np.ones(count), rows, rows)
+    return lambda: propose(matches, no_matches(), Config().cliques)
+
+
+def complete_graph_of(count: int) -> Callable[[], object]:
+    """The worst case of a clique search: matches that are all compatible with each other."""
+    return cliques_of(count, right=1.0)
+
+
+INPUTS: dict[str, Callable[[int], Callable[[], object]]] = {
+    "points of a scan": registration_of,
+    "visual matches, 30 % right": cliques_of,
+    "visual matches, all compatible": complete_graph_of,
+}
+SIZES = dict(zip(INPUTS, (POINTS, MATCHES, MATCHES), strict=True))
