@@ -16,13 +16,15 @@ FLOW = ("registration", "tracking", "messages", "bags", "evaluation")
 MAY_IMPORT = {wing: set(FLOW[:place]) for place, wing in enumerate(FLOW)} | {
     "worlds": {"registration"},  # rendered worlds: a source of frames, beside the flow
     "replay": set(FLOW),  # recordings through the flow, and reports about them
-    "commands": {*FLOW, "worlds", "replay"},
+    "player": {*FLOW, "replay"},  # recordings over DDS, and what a node answers
+    "commands": {*FLOW, "worlds", "replay", "player"},
     "cli": {*FLOW, "worlds", "replay", "commands"},
     "node": set(FLOW),
     "vigg_ros": set(),  # vigg_ros/__init__.py: importing the package loads nothing else
 }
 MAY_IMPORT["evaluation"].add("worlds")
 
+MAY_IMPORT_ROS = {"node", "player"}
 ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "message_filters", "cv_bridge"}  # and *_msgs
 
 
@@ -53,8 +55,8 @@ def violations(source: str, module: str, *, is_package: bool = False) -> list[st
     for name, line in imported_names(source, module, is_package=is_package):
         top, *rest = name.split(".")
         other = rest[0] if rest else ""
-        if (top in ROS or top.endswith("_msgs")) and wing != "node":
-            found.append(f"{module}:{line} imports {name}; only node may import ROS")
+        if (top in ROS or top.endswith("_msgs")) and wing not in MAY_IMPORT_ROS:
+            found.append(f"{module}:{line} imports {name}; only node and player may import ROS")
         if top == "rosbags" and wing != "bags":
             found.append(f"{module}:{line} imports {name}; only bags may import rosbags")
         if top == "vigg_ros" and other in MAY_IMPORT and other not in {wing, *MAY_IMPORT[wing]}:

@@ -45,5 +45,5 @@ def _moved_transforms(data: bytes, shift_ns: int) -> bytes:
         stamp_ns = stamp.sec * _SECOND_NS + stamp.nanosec
         if stamp_ns and _is_time(stamp_ns + shift_ns):
             sec, nanosec = divmod(stamp_ns + shift_ns, _SECOND_NS)
-            object.__setattr__(transform.header, "stamp", time(sec=sec, nanosec=nanosec))
+            transform.header.stamp = time(sec=sec, nanosec=nanosec)
     return bytes(store.serialize_cdr(message, _TF))

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The Fast DDS profile of this package, without which large best-effort images are lost; see its own words."""
+
+from __future__ import annotations
+
+import os
+import site
+import sys
+from collections.abc import Iterator, MutableMapping
+from importlib import metadata
+from pathlib import Path
+
+VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
+NAME = "config/fastdds_shm.xml"
+
+
+def set_profile(environment: MutableMapping[str, str] = os.environ) -> Path | None:
+    """Have Fast DDS read the package's profile, unless a profile (or an empty value) is set already.
+
+    To be called before the first participant. The profile that will be read; None if it is another, or none.
+    """
+    if VARIABLE in environment:
+        return None
+    path = find_shared_file(NAME)
+    if path is not None:
+        environment[VARIABLE] = str(path)
+    return path
+
+
+def find_shared_file(name: str) -> Path | None:
+    """A file such as config/rgbd.yaml: in the source tree, else where it was installed; None if nowhere."""
+    return next((folder / name for folder in _share_folders() if (folder / name).is_file()), None)
+
+
+def _share_folders() -> Iterator[Path]:
+    yield Path(__file__).parents[2]  # the source tree, and a development installation
+    for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
+        yield Path(prefix) / "share" / "vigg_ros"
+    try:
+        # pip wrote down where it put each file, also for --user, --prefix and --target.
+        for file in metadata.files("vigg_ros") or ():
+            if file.name == "package.xml":
+                yield Path(str(file.locate())).resolve().parent
+    except metadata.PackageNotFoundError:
+        pass
+    for prefix in (sys.prefix, site.getuserbase()):
+        yield Path(prefix) / "share" / "vigg_ros"
