@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from vigg_ros.commands.node_command import bag_extrinsics, needs_ros, node_argum
 from vigg_ros.registration.errors import ViggError
 
 if TYPE_CHECKING:
-    from vigg_ros.player.playback import Plan, Playback
+    from vigg_ros.player.playback import Plan, Playback, Sending
 
 WAIT_S = 10.0
 """So long the first message waits for somebody to subscribe."""
@@ -30,12 +31,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
     add_playing_arguments(parser)
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these (default: all)")
-    parser.add_argument("--start", type=float, default=0.0, metavar="S", help="leave out so many seconds at the start")
-    parser.add_argument("--duration", type=positive_float, default=float("inf"), metavar="S", help="play so many seconds")
+    parser.add_argument("--start", type=seconds, default=0.0, metavar="S", help="leave out so many seconds at first")
+    parser.add_argument("--duration", type=positive_float, default=math.inf, metavar="S", help="play so many seconds")
     parser.add_argument("--clock", action="store_true", help="publish /clock, for nodes with use_sim_time")
     parser.add_argument(
         "--wait",
-        type=float,
+        type=seconds,
         default=WAIT_S,
         metavar="S",
         help=f"start when somebody has subscribed, or after so many seconds (default: {WAIT_S:g})",
@@ -64,6 +65,14 @@ def add_playing_arguments(parser: ArgumentParser) -> None:
     )
 
 
+def seconds(text: str) -> float:
+    """For argparse: a finite number from 0 on."""
+    value = float(text)
+    if not 0 <= value < math.inf:  # nor does NaN pass
+        raise ArgumentTypeError(f"{text} is not a number of seconds")
+    return value
+
+
 def run(arguments: Namespace) -> ExitCode:
     """Play until the end or Ctrl-C. Raises BagError for a bag that cannot be read at all."""
     with needs_ros("play"):
@@ -81,11 +90,11 @@ def run(arguments: Namespace) -> ExitCode:
         with participant("vigg_player") as node:
             latched = reader.latched() | {"/tf_static"}
             publishers = Publishers(node, topics, latched, best_effort=arguments.best_effort)
-            clock = clock_publisher(node) if arguments.clock else None
+            ticks = [clock_publisher(node)] if arguments.clock else []
             _say([*reader.notes, *publishers.notes])
             if not publishers.wait_for_subscribers(arguments.wait) and arguments.wait:
                 _say([f"nobody has subscribed within {arguments.wait:g} s; playing all the same"])
-            _play(Playback(reader, publishers, make_plan(arguments), clock=clock), topics)
+            _play(Playback(reader, publishers, make_plan(arguments), ticks=ticks), topics)
             publishers.flush()
         _say(map(str, reader.losses))
         return ExitCode.PARTLY_READABLE if reader.damaged else ExitCode.OK
@@ -101,22 +110,25 @@ def make_plan(arguments: Namespace) -> Plan:
         order=arguments.order,
         now=arguments.now,
         start_s=getattr(arguments, "start", 0.0),
-        duration_s=getattr(arguments, "duration", float("inf")),
+        duration_s=getattr(arguments, "duration", math.inf),
     )
 
 
 def _play(playback: Playback, topics: Sequence[Topic]) -> None:
-    messages, size_bytes, end_s = 0, 0, 0.0
+    count, size_bytes = 0, 0
     total = sum(topic.count for topic in topics)
     with Progress("messages", total) as progress:
-        for sent in playback:
-            messages += 1
-            size_bytes += sent.size_bytes
-            end_s = sent.position_s
-            progress.show(messages, total * (playback.loop + 1))
-    if not messages:
-        raise UsageError("there is nothing to play between --start and --duration; `vigg doctor` says what the bag holds")
-    print(f"played {messages} messages, {size_bytes / 1e6:.1f} MB, {end_s:.1f} s of the recording")
+
+        def show(sending: Sending) -> None:
+            nonlocal count, size_bytes
+            count += 1
+            size_bytes += sending.size_bytes
+            progress.show(count, total * (playback.loop + 1))
+
+        playback.run(show)
+    if not count:
+        raise UsageError("there is nothing to play; `vigg doctor` says what the bag holds, and from when to when")
+    print(f"played {count} messages, {size_bytes / 1e6:.1f} MB, {playback.position_s:.1f} s of the recording")
     if playback.late_s > MAX_LATE_S:
         _say([f"the rhythm was not kept: messages came up to {playback.late_s:.1f} s late; play with a lower --rate"])
 

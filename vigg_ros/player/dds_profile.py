@@ -16,11 +16,13 @@ NAME = "config/fastdds_shm.xml"
 
 
 def set_profile(environment: MutableMapping[str, str] = os.environ) -> Path | None:
-    """Have Fast DDS read the package's profile, unless a profile (or an empty value) is set already.
+    """Have Fast DDS read the package's profile, unless a profile is set already; an empty value means: none.
 
-    To be called before the first participant. The profile that will be read; None if it is another, or none.
+    To be called before the first participant. The profile that was set; None if there is another, or none.
     """
     if VARIABLE in environment:
+        if not environment[VARIABLE]:
+            del environment[VARIABLE]  # Fast DDS would look for a file of this name
         return None
     path = find_shared_file(NAME)
     if path is not None:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
 from typing import Literal
@@ -38,8 +38,8 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
-    """A message that has just been published."""
+class Sending:
+    """A message at the moment before it is handed to DDS."""
 
     topic: str
     recorded_ns: int | None
@@ -48,9 +48,7 @@ class Sent:
     """Its stamp as published."""
     size_bytes: int
     at_s: float
-    """When it was handed to DDS, on the monotonic clock."""
-    position_s: float
-    """Where in the recording that is, counted through all loops."""
+    """That moment, on the monotonic clock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +63,10 @@ class _Due:
 
 
 class Playback:
-    """One playing of an open bag. Iterate it: each step publishes one message."""
+    """One playing of an open bag.
+
+    ``ticks`` are called with the recording's clock, ns, with every message and about 100 times a second while waiting.
+    """
 
     def __init__(
         self,
@@ -73,37 +74,40 @@ class Playback:
         publishers: Publishers,
         plan: Plan,
         *,
-        clock: Callable[[int], None] | None = None,
+        ticks: Sequence[Callable[[int], None]] = (),
     ) -> None:
         self._reader = reader
         self._publishers = publishers
         self._plan = plan
-        self._clock = clock
+        self._ticks = ticks
         self._latched = reader.latched() | {"/tf_static"}
         self._origin_ns = 0
         self._stamped_until_ns = 0
-        self._pace = Pace(plan.rate, tick=self._tell_time if clock else None)
+        self._pace = Pace(plan.rate, tick=self._tick if ticks else None)
         self.loop = 0
         """The present loop, counted from 0."""
+        self.position_s = 0.0
+        """How much of the recording was played, through all loops."""
 
     @property
     def late_s(self) -> float:
         """By how much a message came later than its place in the rhythm, at most."""
         return self._pace.late_s
 
-    def __iter__(self) -> Iterator[Sent]:
+    def run(self, sending: Callable[[Sending], None]) -> None:
+        """Publish all messages when they are due; each is announced before, as its answer may come at once."""
         begin_ns = 0
-        for self.loop in range(self._plan.loops) if self._plan.loops else count():
-            end_ns = begin_ns
-            for sent in self._play_once(begin_ns):
-                end_ns = max(end_ns, int(sent.position_s * 1e9))
-                yield sent
+        for loop in range(self._plan.loops) if self._plan.loops else count():
+            self.loop = loop
+            end_ns = self._play_once(begin_ns, sending)
             if end_ns == begin_ns:
-                return  # nothing to play, or all at one time: to repeat it forever would be no playing
+                return  # nothing to play, or all at one time: to repeat that for ever would be no playing
             begin_ns = end_ns + _BETWEEN_LOOPS_NS
 
-    def _play_once(self, begin_ns: int) -> Iterator[Sent]:
+    def _play_once(self, begin_ns: int, sending: Callable[[Sending], None]) -> int:
+        """The position of the last message."""
         shift_ns: int | None = None
+        position_ns = begin_ns
         for due in self._excerpt():
             position_ns, message = begin_ns + due.position_ns, due.message
             self._origin_ns = due.time_ns - position_ns
@@ -114,11 +118,11 @@ class Playback:
                     shift_ns = max(time.time_ns(), self._stamped_until_ns + _BETWEEN_LOOPS_NS) - recorded_ns
                 message = moved(message, shift_ns or 0)
                 self._stamped_until_ns = max(self._stamped_until_ns, message.stamp_ns or 0)
-            if self._clock is not None:
-                self._clock(due.time_ns)
-            at_s = time.monotonic()
-            if self._publishers.publish(message):
-                yield Sent(message.topic, recorded_ns, message.stamp_ns, len(message.data), at_s, position_ns / 1e9)
+            self._tick(position_ns)
+            sending(Sending(message.topic, recorded_ns, message.stamp_ns, len(message.data), time.monotonic()))
+            self._publishers.publish(message)
+            self.position_s = position_ns / 1e9
+        return position_ns
 
     def _excerpt(self) -> Iterator[_Due]:
         """The messages between start and end, and the latched ones before."""
@@ -133,9 +137,11 @@ class Playback:
             position_ns = timeline.advance(time_ns) - int(start_ns)
             if position_ns > length_ns:
                 return
+            if not self._publishers.plays(message):
+                continue
             if position_ns >= 0 or message.topic in self._latched:
                 yield _Due(max(0, position_ns), time_ns, message)
 
-    def _tell_time(self, position_ns: int) -> None:
-        assert self._clock is not None, "only then it ticks"
-        self._clock(self._origin_ns + position_ns)
+    def _tick(self, position_ns: int) -> None:
+        for tick in self._ticks:
+            tick(self._origin_ns + position_ns)

@@ -47,12 +47,13 @@ class Publishers:
         """Names of the topics that are published."""
         return frozenset(name for name, _ in self._by_key)
 
-    def publish(self, message: SerialisedMessage) -> bool:
-        """Send a message; False if its topic was left out."""
-        publisher = self._by_key.get((message.topic, message.type))
-        if publisher is not None:
-            publisher.publish(message.data)
-        return publisher is not None
+    def plays(self, message: SerialisedMessage) -> bool:
+        """Whether there is a publisher for the message."""
+        return (message.topic, message.type) in self._by_key
+
+    def publish(self, message: SerialisedMessage) -> None:
+        """Send a message that ``plays``."""
+        self._by_key[message.topic, message.type].publish(message.data)
 
     def unheard(self, names: Iterable[str]) -> list[str]:
         """Those of the topics that nobody has subscribed to."""
