@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One thread that works on the newest job, so that whoever brings jobs never waits."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+_Job = TypeVar("_Job")
+
+
+class Worker(Generic[_Job]):
+    """Runs one job at a time in a thread of its own; at most one more waits, the newest.
+
+    ``prepare`` runs first in that thread. What ``work`` raises goes to ``failed`` and does not end the thread.
+    """
+
+    def __init__(
+        self,
+        work: Callable[[_Job], None],
+        *,
+        failed: Callable[[BaseException], None],
+        prepare: Callable[[], None] | None = None,
+    ) -> None:
+        self._work = work
+        self._failed = failed
+        self._prepare = prepare
+        self._changed = threading.Condition()
+        self._waiting: _Job | None = None
+        self._busy = False
+        self._stopping = False
+        self.ready = threading.Event()
+        """Set once ``prepare`` has run."""
+        # A daemon: a process that must end does not wait for a registration.
+        self._thread = threading.Thread(target=self._run, name="registration", daemon=True)
+
+    def start(self) -> None:
+        """Begin with ``prepare``; jobs may be offered already."""
+        self._thread.start()
+
+    def offer(self, job: _Job) -> _Job | None:
+        """Let this job be the next one; the one that waited before it is returned, to be counted as dropped."""
+        with self._changed:
+            dropped, self._waiting = self._waiting, job
+            self._changed.notify_all()
+        return dropped
+
+    def withdraw(self) -> _Job | None:
+        """Take back the job that waits, if there is one."""
+        with self._changed:
+            waiting, self._waiting = self._waiting, None
+        return waiting
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a job is being worked on."""
+        return self._busy
+
+    def stop(self, timeout_s: float) -> bool:
+        """Begin nothing new and wait for what runs; False if that takes longer."""
+        with self._changed:
+            self._stopping = True
+            self._waiting = None
+            self._changed.notify_all()
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        if self._prepare is not None:
+            self._guarded(self._prepare)
+        self.ready.set()
+        while (job := self._next()) is not None:
+            self._guarded(self._work, job)
+            with self._changed:
+                self._busy = False
+
+    def _next(self) -> _Job | None:
+        with self._changed:
+            while self._waiting is None and not self._stopping:
+                self._changed.wait()
+            job, self._waiting = self._waiting, None
+            self._busy = job is not None
+            return job
+
+    def _guarded(self, function: Callable[..., None], *arguments: _Job) -> None:
+        try:
+            function(*arguments)
+        except Exception as error:  # the border of the thread: whatever it is, the next frame gets its turn
+            self._failed(error)
