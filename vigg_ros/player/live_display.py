@@ -30,7 +30,7 @@ class LiveDisplay:
         self._is_terminal = sys.stderr.isatty() and os.environ.get("TERM", "") not in ("", "dumb")
         self._due_s = 0.0 if self._is_terminal else start_s + LINE_S
         self._drawn = False
-        self._before: Usage | None = None
+        self._before = look()[1]
         self._cpu = "-"
 
     def update(self) -> None:

@@ -23,8 +23,8 @@ from vigg_ros.player.playback import Plan, Playback, Sending
 from vigg_ros.player.publishers import Publishers
 from vigg_ros.player.scoreboard import Errors, Score, Scoreboard
 
-READY_S = 60.0
-"""So long the node may take to subscribe: it imports what it needs first, from a disk that may be slow."""
+READY_S = 180.0
+"""So long the node may take to subscribe: before, it compiles its kernels, half a minute where they are not cached."""
 
 QUIET_S = 3.0
 """After the last message the node is stopped when everything is answered, or nothing was heard for so long."""
@@ -100,7 +100,7 @@ class LiveRun:
         return [topic for topic in (choice.image, choice.camera_info, choice.depth, choice.points) if topic]
 
     def _wait_until_ready(self, publishers: Publishers, observer: Observer) -> None:
-        print("waiting for the node ...", file=sys.stderr, flush=True)
+        print("waiting for the node (the first run compiles its kernels) ...", file=sys.stderr, flush=True)
         names = [topic.name for topic in self._topics]
         if not publishers.wait_for_subscribers(READY_S, names, check=self._process.check):
             missing = ", ".join(publishers.unheard(names))

@@ -21,6 +21,8 @@ STOP_S = 10.0
 
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 _PROBLEM = re.compile(r"WARN|ERROR|FATAL|Traceback|\w+Error\b")
+_LOG_STAMP = re.compile(r"\[\d+\.\d+\] ?")
+_NUMBER = re.compile(r"\d+| \(\d+ more like this since the last line\)")
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _SHOWN_LINES = 12
 
@@ -102,8 +104,13 @@ class NodeProcess:
         return self._lines()[-_SHOWN_LINES:]
 
     def problems(self) -> list[str]:
-        """What the node warned of, without repetition, oldest first."""
-        return list(dict.fromkeys(line for line in self._lines() if _PROBLEM.search(line)))[:_SHOWN_LINES]
+        """What the node warned of, oldest first; of lines that differ in numbers only, the last."""
+        kinds: dict[str, str] = {}
+        for line in self._lines():
+            if _PROBLEM.search(line):
+                text = _LOG_STAMP.sub("", line)
+                kinds[_NUMBER.sub("", text)] = text
+        return list(kinds.values())[-_SHOWN_LINES:]
 
     def _lines(self) -> list[str]:
         text = self._log.read_text(encoding="utf-8", errors="replace")

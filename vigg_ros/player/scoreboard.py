@@ -133,13 +133,15 @@ class Scoreboard:
     def stated(self, stamp_ns: int, state: str, reason: str, at_s: float, *, has_pose: bool) -> None:
         """A status was received. Status and pose of a frame come in either order."""
         with self._lock:
-            self._state = f"{state} {reason}".strip()
+            words = f"{state} {reason}".strip()
+            if state != DROPPED:  # which says nothing of the tracker
+                self._state = words
             if stamp_ns not in self._sent:
                 return
             self.heard_s = at_s
             self._silent.discard(stamp_ns)
             if not has_pose:
-                self._unanswered[self._state] += 1
+                self._unanswered[words] += 1
             elif state == STARTED and self._latest_pose_ns == stamp_ns:
                 self.errors.begin_with_latest()
             elif state == STARTED:
