@@ -15,17 +15,19 @@ PACKAGE = Path(__file__).parents[1] / "vigg_ros"
 FLOW = ("registration", "tracking", "messages", "bags", "evaluation")
 MAY_IMPORT = {wing: set(FLOW[:place]) for place, wing in enumerate(FLOW)} | {
     "worlds": {"registration"},  # rendered worlds: a source of frames, beside the flow
-    "replay": set(FLOW),  # recordings through the flow, and reports about them
+    "pictures": set(),  # drawing, for reports and for the node
+    "replay": {*FLOW, "pictures"},  # recordings through the flow, and reports about them
     "player": {*FLOW, "replay"},  # recordings over DDS, and what a node answers
-    "commands": {*FLOW, "worlds", "replay", "player"},
+    "commands": {*FLOW, "worlds", "pictures", "replay", "player"},
     "cli": {*FLOW, "worlds", "replay", "commands"},
-    "node": set(FLOW),
+    "online": {"registration", "tracking", "messages", "pictures"},  # what a node does, without ROS
+    "node": {"registration", "tracking", "messages", "online"},  # the ROS shell around online
     "vigg_ros": set(),  # vigg_ros/__init__.py: importing the package loads nothing else
 }
 MAY_IMPORT["evaluation"].add("worlds")
 
 MAY_IMPORT_ROS = {"node", "player"}
-ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "message_filters", "cv_bridge"}  # and *_msgs
+ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "rcl_interfaces", "message_filters", "cv_bridge"}  # and *_msgs
 
 
 def wing_of(module: str) -> str:
@@ -89,6 +91,10 @@ def test_imports_follow_the_flow(path: Path) -> None:
         ("vigg_ros.evaluation.report", "from vigg_ros.cli import main"),
         ("vigg_ros.evaluation.metrics", "from vigg_ros.replay.record import Recording"),
         ("vigg_ros.replay.report", "import vigg_ros.commands.console"),
+        ("vigg_ros.online.pipeline", "import rclpy"),
+        ("vigg_ros.online.pipeline", "from vigg_ros.node import program"),
+        ("vigg_ros.online.trail", "from vigg_ros.bags import tum"),
+        ("vigg_ros.pictures", "from vigg_ros.registration import Frame"),
         ("vigg_ros.node", "import vigg_ros.cli"),
         ("vigg_ros.node", "from vigg_ros.replay import report"),
         ("vigg_ros.cli", "from vigg_ros import node"),
@@ -117,7 +123,8 @@ def test_relative_imports_of_a_package_are_resolved_from_the_package_itself() ->
         ("vigg_ros.evaluation.report", "from vigg_ros.bags import reader\nfrom vigg_ros import __version__"),
         ("vigg_ros.worlds.render", "from ..registration import Camera"),
         ("vigg_ros.bags.reader", "import rosbags.rosbag2"),
-        ("vigg_ros.node", "import rclpy\nfrom sensor_msgs.msg import Image\nfrom vigg_ros import tracking"),
+        ("vigg_ros.node.inputs", "import rclpy\nfrom sensor_msgs.msg import Image\nfrom vigg_ros import online"),
+        ("vigg_ros.online.pictures", "from vigg_ros.pictures import draw_matches"),
         ("vigg_ros.replay.report", "from vigg_ros.evaluation.metrics import measure\nimport vigg_ros.bags.reader"),
         ("vigg_ros.commands.replay", "from vigg_ros.replay import report"),
         ("vigg_ros.cli", "from vigg_ros.evaluation import report"),

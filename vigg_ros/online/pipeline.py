@@ -69,15 +69,13 @@ class Pipeline:
 
     def add(self, observation: Observation, *, arrived_s: float) -> list[Refusal]:
         """Take an observation, arrived at this time (time.monotonic); refusals that are no answers are returned."""
-        others = []
-        for found in self._assembler.match(observation):
-            if isinstance(found, Match):
-                self._take(_Job(found, self._generation, arrived_s))
-            elif found.leads:
-                self.refuse(found)
-            else:
-                others.append(found)
-        return others
+        found = self._assembler.match(observation)
+        for refusal in found:
+            if isinstance(refusal, Refusal) and refusal.leads:
+                self.refuse(refusal)
+        matches = (one for one in found if isinstance(one, Match))
+        self._take([_Job(match, self._generation, arrived_s) for match in matches])
+        return [one for one in found if isinstance(one, Refusal) and not one.leads]
 
     def refuse(self, refusal: Refusal) -> None:
         """Answer a leading message that cannot be used."""
@@ -89,8 +87,8 @@ class Pipeline:
         with self._gate:
             self._generation += 1
             waiting = self._worker.withdraw()
-        if waiting is not None:
-            self._end(waiting, Fate.DISCARDED, "RESET", "a reset came while this frame waited")
+        for job in waiting:
+            self._end(job, Fate.DISCARDED, "RESET", "a reset came while this frame waited")
 
     def pause(self, paused: bool) -> None:
         """Let frames pass unregistered, or register them again; keyframes are kept."""
@@ -118,15 +116,21 @@ class Pipeline:
             self._publish = lambda answer: None
         return self._worker.stop(timeout_s)
 
-    def _take(self, job: _Job) -> None:
+    def _take(self, jobs: list[_Job]) -> None:
+        """Hand over the jobs of one moment: pairs may become certain together, and do not displace each other."""
+        wanted = [job for job in jobs if self._wants(job)]
+        if wanted:
+            for job in self._worker.offer(wanted):
+                self._end(job, Fate.DROPPED, "NEWER_FRAME", "a newer frame arrived while this one waited")
+
+    def _wants(self, job: _Job) -> bool:
         if self._paused:
             self._end(job, Fate.PAUSED, "PAUSED", "the node is paused; ~/pause with data: false resumes")
-        elif not self._rate_limit.allows(job.match.stamp_ns, job.match.session):
+            return False
+        if not self._rate_limit.allows(job.match.stamp_ns, job.match.session):
             self._end(job, Fate.SKIPPED, "MAX_RATE", "it came sooner after the last one than max_rate allows")
-        else:
-            dropped = self._worker.offer(job)
-            if dropped is not None:
-                self._end(dropped, Fate.DROPPED, "NEWER_FRAME", "a newer frame arrived while this one waited")
+            return False
+        return True
 
     def _end(self, job: _Job, fate: Fate, reason: str, message: str) -> None:
         session = job.match.session + job.generation

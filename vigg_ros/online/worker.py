@@ -1,18 +1,19 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One thread that works on the newest job, so that whoever brings jobs never waits."""
+"""One thread that works on the newest jobs, so that whoever brings them never waits."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 from typing import Generic, TypeVar
 
 _Job = TypeVar("_Job")
 
 
 class Worker(Generic[_Job]):
-    """Runs one job at a time in a thread of its own; at most one more waits, the newest.
+    """Runs one job at a time in a thread of its own. Those brought last wait; earlier ones give way to them.
 
     ``prepare`` runs first in that thread. What ``work`` raises goes to ``failed`` and does not end the thread.
     """
@@ -28,7 +29,7 @@ class Worker(Generic[_Job]):
         self._failed = failed
         self._prepare = prepare
         self._changed = threading.Condition()
-        self._waiting: _Job | None = None
+        self._waiting: deque[_Job] = deque()
         self._busy = False
         self._stopping = False
         self.ready = threading.Event()
@@ -40,18 +41,17 @@ class Worker(Generic[_Job]):
         """Begin with ``prepare``; jobs may be offered already."""
         self._thread.start()
 
-    def offer(self, job: _Job) -> _Job | None:
-        """Let this job be the next one; the one that waited before it is returned, to be counted as dropped."""
+    def offer(self, jobs: Iterable[_Job]) -> list[_Job]:
+        """Let these jobs, in order, be the next ones; those that waited are returned, to be counted as dropped."""
         with self._changed:
-            dropped, self._waiting = self._waiting, job
+            dropped = list(self._waiting)
+            self._waiting = deque(jobs)
             self._changed.notify_all()
         return dropped
 
-    def withdraw(self) -> _Job | None:
-        """Take back the job that waits, if there is one."""
-        with self._changed:
-            waiting, self._waiting = self._waiting, None
-        return waiting
+    def withdraw(self) -> list[_Job]:
+        """Take back the jobs that wait."""
+        return self.offer(())
 
     @property
     def is_busy(self) -> bool:
@@ -62,7 +62,7 @@ class Worker(Generic[_Job]):
         """Begin nothing new and wait for what runs; False if that takes longer."""
         with self._changed:
             self._stopping = True
-            self._waiting = None
+            self._waiting.clear()
             self._changed.notify_all()
         if self._thread.is_alive():
             self._thread.join(timeout_s)
@@ -79,9 +79,9 @@ class Worker(Generic[_Job]):
 
     def _next(self) -> _Job | None:
         with self._changed:
-            while self._waiting is None and not self._stopping:
+            while not self._waiting and not self._stopping:
                 self._changed.wait()
-            job, self._waiting = self._waiting, None
+            job = self._waiting.popleft() if self._waiting else None
             self._busy = job is not None
             return job
 
