@@ -27,7 +27,8 @@ MAY_IMPORT = {wing: set(FLOW[:place]) for place, wing in enumerate(FLOW)} | {
 MAY_IMPORT["evaluation"].add("worlds")
 
 MAY_IMPORT_ROS = {"node", "player"}
-ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "rcl_interfaces", "message_filters", "cv_bridge"}  # and *_msgs
+# And *_msgs.
+ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "rcl_interfaces", "message_filters", "cv_bridge"}
 
 
 def wing_of(module: str) -> str:

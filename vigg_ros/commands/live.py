@@ -78,6 +78,8 @@ def run(arguments: Namespace) -> ExitCode:
         except NodeFailed as error:
             _say(f"vigg live: {error}")
             return ExitCode.FAILED
+        if interrupted:
+            _say("")  # the terminal shows ^C
         for note in [*reader.notes, *choice.notes, *live.notes, *map(str, reader.losses)]:
             _say(f"note: {note}")
         print(summary_table(live.summary))

@@ -8,16 +8,18 @@ import shlex
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicChoice
+from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.commands.console import UsageError
 from vigg_ros.messages.rotation import quaternion_from_rotation
+from vigg_ros.registration.options import InputConfig
+from vigg_ros.replay.samples import suggest_preset, take_samples
 from vigg_ros.replay.source import read_extrinsics
 from vigg_ros.tracking.extrinsics import Lookup
 
@@ -45,13 +47,10 @@ class NodeArguments:
     remappings: dict[str, str]
     """The node's topic to the bag's."""
     parameters: dict[str, str]
-    """As YAML."""
-    parameter_files: list[str] = field(default_factory=list)
 
     def words(self) -> list[str]:
         """For the command line."""
         words = ["--ros-args"]
-        words += [word for path in self.parameter_files for word in ("--params-file", path)]
         words += [word for own, name in self.remappings.items() for word in ("-r", f"{own}:={name}")]
         words += [word for name, value in self.parameters.items() for word in ("-p", f"{name}:={value}")]
         return words
@@ -74,10 +73,16 @@ def node_arguments(reader: BagReader, choice: TopicChoice, extrinsics: Lookup | 
     return NodeArguments(remappings, parameters)
 
 
-def bag_extrinsics(reader: BagReader, choice: TopicChoice) -> Lookup | None:
-    """The bag's /tf_static; None if it has none."""
-    tree = read_extrinsics(reader, choice)
-    return None if tree is None else tree.lookup
+def arguments_for_bag(reader: BagReader) -> NodeArguments:
+    """What fits an open bag by itself: its topics, its extrinsics, and the preset for its sensors.
+
+    Raises TopicError or UsageError where that is not clear.
+    """
+    choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
+    tree = None if choice.points is None else read_extrinsics(reader, choice)
+    found = node_arguments(reader, choice, None if tree is None else tree.lookup)
+    preset = suggest_preset(take_samples(reader, choice, InputConfig()))
+    return replace(found, parameters={"config": preset, **found.parameters})
 
 
 def shown(arguments: NodeArguments) -> str:
@@ -110,6 +115,6 @@ def _frame_of(reader: BagReader, topic: str) -> str:
 
 
 def _seven_numbers(T_points_camera: NDArray[np.float64]) -> str:
-    """x y z qx qy qz qw as a YAML list of real numbers: ROS takes "0" for an integer, and the list for mixed."""
+    """[x, y, z, qx, qy, qz, qw], all with a point: ROS would take "0" for an integer, and refuse a mixed list."""
     numbers = [*T_points_camera[:3, 3], *quaternion_from_rotation(T_points_camera[:3, :3])]
     return f"[{', '.join(f'{number:.9f}' for number in numbers)}]"

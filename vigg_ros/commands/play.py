@@ -11,9 +11,8 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from vigg_ros.bags.reader import BagReader, Topic
-from vigg_ros.bags.topics import TopicRequest, choose_topics
 from vigg_ros.commands.console import ExitCode, Progress, UsageError, positive_float, positive_int
-from vigg_ros.commands.node_command import bag_extrinsics, needs_ros, node_arguments, shown
+from vigg_ros.commands.node_command import arguments_for_bag, needs_ros, shown
 from vigg_ros.registration.errors import ViggError
 
 if TYPE_CHECKING:
@@ -149,8 +148,7 @@ def _wanted_topics(reader: BagReader, arguments: Namespace) -> list[Topic]:
 def _node_line(reader: BagReader) -> str:
     """How to start the registrar for this bag, or why that is not clear."""
     try:
-        choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
-        return shown(node_arguments(reader, choice, bag_extrinsics(reader, choice)))
+        return shown(arguments_for_bag(reader))
     except ViggError as error:
         return f"no command fits ({error})"
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 import time
 from collections.abc import Callable
@@ -18,7 +19,8 @@ REDRAW_S = 0.25
 LINE_S = 5.0
 
 COLUMNS = ("time", "state", "poses", "rate", "latency", "dropped", "error", "CPU", "memory")
-WIDTHS = (8, 24, 11, 8, 8, 8, 8, 6, 7)
+WIDTHS = (5, 12, 11, 7, 7, 7, 8, 5, 7)
+"""In characters; with a space between, not more than a terminal's usual 80. A state's reason is cut off."""
 
 
 class LiveDisplay:
@@ -75,9 +77,12 @@ class LiveDisplay:
 
     def _redraw(self, cells: tuple[str, ...]) -> None:
         back = "\x1b[2A\r" if self._drawn else ""
-        rows = ("  ".join(f"{cell[:width]:<{width}}" for cell, width in zip(row, WIDTHS, strict=True))
+        # A row that wrapped would make two, and the next drawing would begin too low.
+        columns = shutil.get_terminal_size().columns - 1
+        rows = (" ".join(f"{cell[:width]:<{width}}" for cell, width in zip(row, WIDTHS, strict=True))
                 for row in (COLUMNS, cells))
-        print(back + "".join(f"\x1b[2K{row.rstrip()}\n" for row in rows), end="", file=sys.stderr, flush=True)
+        lines = "".join(f"\x1b[2K{row.rstrip()[:columns]}\n" for row in rows)
+        print(back + lines, end="", file=sys.stderr, flush=True)
         self._drawn = True
 
 

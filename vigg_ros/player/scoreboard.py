@@ -100,6 +100,7 @@ class Scoreboard:
     _sent: dict[int, tuple[int, float]] = field(default_factory=dict)
     _silent: set[int] = field(default_factory=set)
     _count: int = 0
+    _begun_s: float = 0.0
     _latest_pose_ns: int = 0
     _latencies_s: list[float] = field(default_factory=list)
     _recent: deque[tuple[float, float]] = field(default_factory=deque)
@@ -110,6 +111,7 @@ class Scoreboard:
     def sent(self, recorded_ns: int, stamp_ns: int, at_s: float) -> None:
         """A frame's leading message was published, with this stamp instead of the recorded one."""
         with self._lock:
+            self._begun_s = self._begun_s or at_s
             self._count += 1
             self._sent[stamp_ns] = recorded_ns, at_s
             self._silent.add(stamp_ns)
@@ -159,7 +161,7 @@ class Scoreboard:
                 answered=len(self._latencies_s),
                 unanswered=self._unanswered.copy(),
                 silent=len(self._silent),
-                rate_hz=len(recent_s) / RECENT_S,
+                rate_hz=len(recent_s) / min(RECENT_S, max(now_s - self._begun_s, 1.0)),
                 recent_latency_ms=1e3 * float(np.median(recent_s)) if recent_s else float("nan"),
                 latencies_ms=1e3 * np.array(self._latencies_s),
                 errors_m=np.array(self.errors.metres),
