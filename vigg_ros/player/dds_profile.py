@@ -36,11 +36,13 @@ def find_shared_file(name: str) -> Path | None:
 
 
 def _share_folders() -> Iterator[Path]:
-    yield Path(__file__).parents[2]  # the source tree, and a development installation
+    beside = Path(__file__).parents[2]
+    yield beside  # the source tree, and a development installation
+    yield beside / "share" / "vigg_ros"  # pip install --target
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
         yield Path(prefix) / "share" / "vigg_ros"
     try:
-        # pip wrote down where it put each file, also for --user, --prefix and --target.
+        # pip wrote down where it put each file, for --user and --prefix too.
         for file in metadata.files("vigg_ros") or ():
             if file.name == "package.xml":
                 yield Path(str(file.locate())).resolve().parent
