@@ -25,7 +25,7 @@ MAY_IMPORT = {wing: set(FLOW[:place]) for place, wing in enumerate(FLOW)} | {
 }
 MAY_IMPORT["evaluation"].add("worlds")
 
-ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "rcl_interfaces", "message_filters", "cv_bridge"}  # and *_msgs
+ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "rcl_interfaces", "cv_bridge"}  # and *_msgs
 
 
 def wing_of(module: str) -> str:
