@@ -6,11 +6,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-from node_process import CHEAP, ROOT
+from node_process import ROOT
 from ros_peer import Peer
 from rosbags import rosbag2
 
@@ -49,11 +48,10 @@ def moments(bag: Path, topics: dict[str, str], count: int) -> list[Moment]:
     return [list(moment) for moment in zip(*found.values(), strict=True)]
 
 
-def replayed(bag: Path, count: int, *, preset: str = "rgbd", points: str | None = None, extrinsics: Lookup | None = None) -> list[FrameRecord]:
-    """What a replay says of the first frames, with CHEAP options."""
+def replayed(bag: Path, count: int, config: Config, extrinsics: Lookup | None = None) -> list[FrameRecord]:
+    """What a replay says of the first frames."""
     with BagReader(bag) as reader:
-        choice = choose_topics(reader.topics, TopicRequest(points=points), encodings=reader.encodings())
-        config = Config.preset(preset).replace(CHEAP if preset == "rgbd" else {})
+        choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
         source = BagSource(reader, choice, config.input)
         replay = Replay(config, extrinsics=extrinsics)
         found = []
@@ -78,18 +76,11 @@ def play(peer: Peer, recording: list[Moment]) -> None:
     for one in recording[0]:
         peer.connect(one.topic, one.type)
     begun = len(peer.answers())
-    for index, (moment, following) in enumerate(pairwise([*recording, []])):
+    for published, moment in enumerate(recording, start=begun + 1):
         publish(peer, moment)
-        wanted = begun + index + 1
-        try:
-            peer.wait(lambda: len(peer.answers()) >= wanted, "an answer", timeout_s=0.5 if following else 2.0)
-        except AssertionError:
-            peer.wait(lambda: len(peer.answers()) >= wanted - 1, "the answer to the frame before")
+        peer.wait(partial(_is_answered, peer, published - 1), "the answer to the frame before")
+        peer.wait_briefly(partial(_is_answered, peer, published))
 
 
-def positions(poses: list[Any]) -> list[tuple[float, ...]]:
-    """Position and quaternion of PoseStamped messages."""
-    return [
-        (p.position.x, p.position.y, p.position.z, p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w)
-        for p in (one.pose for one in poses)
-    ]
+def _is_answered(peer: Peer, count: int) -> bool:
+    return len(peer.answers()) >= count

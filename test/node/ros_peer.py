@@ -11,7 +11,7 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry, Path
 from node_process import own_domain
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -44,10 +44,11 @@ class Peer:
         self._context = rclpy.Context()
         rclpy.init(context=self._context, domain_id=own_domain())
         self.node = Node("peer", context=self._context)
-        self.heard: dict[str, list[Any]] = {name: [] for name in (*TYPES, "diagnostics", "matches")}
+        self.heard: dict[str, list[Any]] = {name: [] for name in (*TYPES, "diagnostics", "matches", "tf")}
         self._publishers: dict[tuple[str, str, bool], Any] = {}
         for name, (kind, qos) in TYPES.items():
             self._listen(name, kind, f"{target}/{name}", qos)
+        self._listen("tf", TransformStamped, "/fake_tf", QoSProfile(depth=100))
         self._listen("diagnostics", DiagnosticArray, "/diagnostics", QoSProfile(depth=10))
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
@@ -115,6 +116,13 @@ class Peer:
             assert time.monotonic() < end_s, f"waited {timeout_s} s in vain for {what}; heard {self.statuses()[-3:]}"
             time.sleep(0.005)
         return found
+
+    def wait_briefly(self, condition: Callable[[], Any], timeout_s: float = 0.5) -> bool:
+        """Until the condition is true, or for a while."""
+        end_s = time.monotonic() + timeout_s
+        while not condition() and time.monotonic() < end_s:
+            time.sleep(0.005)
+        return bool(condition())
 
     def close(self) -> None:
         """Leave the graph."""

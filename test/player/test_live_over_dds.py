@@ -72,8 +72,7 @@ def fake_node(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, os.environ.get(VARIABLE, ""))  # the command sets it, and here it is taken back
 
 
-@pytest.mark.parametrize("with_points", [False, True])
-@pytest.mark.parametrize("now", [False, True])
+@pytest.mark.parametrize(("with_points", "now"), [(False, False), (True, True)])
 def test_the_table_says_what_the_node_answered(
     with_points: bool, now: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -152,7 +151,7 @@ def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, tmp_path:
 
 
 def rows_of(table: str) -> dict[str, str]:
-    return {name: text for name, text in (re.split("  +", line, maxsplit=1) for line in table.splitlines())}
+    return dict(re.split("  +", line, maxsplit=1) for line in table.splitlines())
 
 
 def running_commands() -> list[str]:

@@ -51,7 +51,9 @@ class RegistrarNode:
         options = settings.options
         self._transforms = self._make_transforms(settings)
         self._outputs = Outputs(self.ros, odom_frame=options.odom_frame, base_frame=options.base_frame)
-        self._tally, self._trail = Tally(), Trail()
+        self.tally = Tally()
+        """What became of the frames so far."""
+        self._trail = Trail()
         self._lock = threading.RLock()
         self._stopped = threading.Event()
         self._pipeline = Pipeline(
@@ -66,7 +68,7 @@ class RegistrarNode:
         self._leader, self._partner, self._calibration = self._inputs
         self._by_role = {one.role: one for one in self._inputs}
         self._decoder = InputDecoder(settings.config.input, self._by_role["image"].topic)
-        self._reporting = Reporting(self.ros, settings, self._inputs, self._tally, self._pipeline)
+        self._reporting = Reporting(self.ros, settings, self._inputs, self.tally, self._pipeline)
         self._services = Services(
             self.ros,
             reset=self._reset,
@@ -148,7 +150,7 @@ class RegistrarNode:
     def _publish(self, answer: Answer) -> None:
         """One answer; the pipeline sees to it that this never runs twice at a time."""
         with self._lock:
-            self._tally.add(answer, time.monotonic())
+            self.tally.add(answer, time.monotonic())
             if answer.registered is not None:
                 self._publish_pose(answer.registered)
             self._outputs.publish_status(self._reporting.frame_status(answer))

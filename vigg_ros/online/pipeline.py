@@ -83,12 +83,15 @@ class Pipeline:
         self._answer(Answer(refusal.stamp_ns, session, Fate.REFUSED.value, refusal.code, refusal.message))
 
     def reset(self) -> None:
-        """Forget all keyframes; a registration that runs is not waited for, its result is discarded."""
+        """Forget keyframes and stamps; a registration that runs is not waited for, its result is discarded.
+
+        From the thread that calls ``add``.
+        """
         with self._gate:
+            waiting = [job.match for job in self._worker.withdraw()] + self._assembler.restart()
+            for one in waiting:
+                self._discard(one)
             self._generation += 1
-            waiting = self._worker.withdraw()
-        for job in waiting:
-            self._end(job, Fate.DISCARDED, "RESET", "a reset came while this frame waited")
 
     def pause(self, paused: bool) -> None:
         """Let frames pass unregistered, or register them again; keyframes are kept."""
@@ -142,6 +145,9 @@ class Pipeline:
 
     def _register(self, job: _Job) -> None:
         self._running = job
+        if job.generation != self._generation:
+            self._discard(job.match)
+            return
         begun_s = time.monotonic()
         assembled = self._assembler.build(job.match)
         built_s = time.monotonic()
@@ -163,7 +169,12 @@ class Pipeline:
                 registered = Registered(estimate, self._registrar.attempt, assembled.frame_id, mount)
                 self._answer(of_estimate(registered, timings_ms))
             else:
-                self._end(job, Fate.DISCARDED, "RESET", "a reset came while this frame was being registered")
+                self._discard(job.match)
+
+    def _discard(self, one: Match | Refusal) -> None:
+        session = one.session + self._generation
+        message = "a reset came before this frame was answered"
+        self._answer(Answer(one.stamp_ns, session, Fate.DISCARDED.value, "RESET", message))
 
     def _refuse_job(self, job: _Job, code: str, message: str) -> None:
         self._end(job, Fate.REFUSED, code, message)

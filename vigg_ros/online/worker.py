@@ -15,6 +15,7 @@ _Job = TypeVar("_Job")
 class Worker(Generic[_Job]):
     """Runs one job at a time in a thread of its own. Those brought last wait; earlier ones give way to them.
 
+    A job brought while the thread is idle is its next one at once: it does not wait, and gives way to none.
     ``prepare`` runs first in that thread. What ``work`` raises goes to ``failed`` and does not end the thread.
     """
 
@@ -30,7 +31,7 @@ class Worker(Generic[_Job]):
         self._prepare = prepare
         self._changed = threading.Condition()
         self._waiting: deque[_Job] = deque()
-        self._busy = False
+        self._current: _Job | None = None
         self._stopping = False
         self.ready = threading.Event()
         """Set once ``prepare`` has run."""
@@ -46,7 +47,7 @@ class Worker(Generic[_Job]):
         with self._changed:
             dropped = list(self._waiting)
             self._waiting = deque(jobs)
-            self._changed.notify_all()
+            self._advance()
         return dropped
 
     def withdraw(self) -> list[_Job]:
@@ -56,7 +57,7 @@ class Worker(Generic[_Job]):
     @property
     def is_busy(self) -> bool:
         """Whether a job is being worked on."""
-        return self._busy
+        return self._current is not None
 
     def stop(self, timeout_s: float) -> bool:
         """Begin nothing new and wait for what runs; False if that takes longer."""
@@ -75,15 +76,20 @@ class Worker(Generic[_Job]):
         while (job := self._next()) is not None:
             self._guarded(self._work, job)
             with self._changed:
-                self._busy = False
+                self._current = None
+                self._advance()
+
+    def _advance(self) -> None:
+        """Give the first job that waits to a thread without one; with the lock held."""
+        if self._current is None and self._waiting:
+            self._current = self._waiting.popleft()
+            self._changed.notify_all()
 
     def _next(self) -> _Job | None:
         with self._changed:
-            while not self._waiting and not self._stopping:
+            while self._current is None and not self._stopping:
                 self._changed.wait()
-            job = self._waiting.popleft() if self._waiting else None
-            self._busy = job is not None
-            return job
+            return None if self._stopping else self._current
 
     def _guarded(self, function: Callable[..., None], *arguments: _Job) -> None:
         try:

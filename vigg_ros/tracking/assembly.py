@@ -68,12 +68,13 @@ class FrameAssembler:
     """
 
     def __init__(self, config: PairingConfig, extrinsics: Lookup | None = None) -> None:
-        self._pairing: Pairing[Leader, Follower] = Pairing(round(config.sync_slop_s * 1e9), config.queue_size)
+        self._slop_ns, self._queue_size = round(config.sync_slop_s * 1e9), config.queue_size
+        self._pairing: Pairing[Leader, Follower] = Pairing(self._slop_ns, self._queue_size)
         self._waiting: deque[_Outcome] = deque()
-        self._queue_size = config.queue_size
         self._extrinsics = extrinsics
         self._calibration: Calibration | None = None
         self._changes = 0
+        self._loops_before = 0
         self._session = (0, 0)
 
     def add(self, observation: Observation) -> list[Assembled]:
@@ -97,6 +98,14 @@ class FrameAssembler:
         except DataError as error:
             return [Refusal(observation.stamp_ns, error.code, str(error), self._number(), self._leads(observation))]
         return self._release()
+
+    def restart(self) -> list[Match | Refusal]:
+        """Forget all stamps, as before a recording; the calibration holds on. What waited is returned, unbuilt."""
+        self._waiting.extend(self._pairing.flush())
+        waiting = self._release(at_end=True)
+        self._pairing = Pairing(self._slop_ns, self._queue_size)
+        self._loops_before = self._session[0]
+        return waiting
 
     def build(self, match: Match) -> Assembled:
         """The frame of a match, or why there is none. May run in another thread than ``match``."""
@@ -125,7 +134,7 @@ class FrameAssembler:
         return released
 
     def _settle(self, outcome: _Outcome) -> Match | Refusal:
-        self._session = max(self._session, (outcome.loop, self._changes))
+        self._session = max(self._session, (self._loops_before + outcome.loop, self._changes))
         if isinstance(outcome, Unpaired):
             message = f"no {self._partner()} has a stamp within sync_slop_s, nearer to this one than to its neighbours"
             return Refusal(outcome.first.stamp_ns, "UNPAIRED", message, self._number())
