@@ -55,7 +55,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> ExitCode:
     """Start the node, play, watch, stop the node, and print what it did."""
-    with needs_ros("live"):
+    with needs_ros():
         from vigg_ros.player.live_run import LiveRun
         from vigg_ros.player.live_summary import summary_table
         from vigg_ros.player.node_process import NodeFailed

@@ -27,7 +27,7 @@ _PEEKED_MESSAGES = 10
 
 
 @contextmanager
-def needs_ros(command: str) -> Iterator[None]:
+def needs_ros() -> Iterator[None]:
     """Around the imports that need ROS 2: says what to do where it is missing. Raises UsageError."""
     try:
         yield
@@ -35,8 +35,8 @@ def needs_ros(command: str) -> Iterator[None]:
         if (error.name or "").startswith("vigg_ros"):
             raise
         raise UsageError(
-            f"vigg {command} needs ROS 2 Jazzy, which cannot be imported ({error}); run "
-            "`source /opt/ros/jazzy/setup.bash`, or where there is no ROS: pip install 'vigg_ros[ros]'"
+            f"needs ROS 2 Jazzy, which cannot be imported ({error}); run `source /opt/ros/jazzy/setup.bash`, "
+            "or where there is no ROS: pip install 'vigg_ros[ros]'"
         ) from error
 
 

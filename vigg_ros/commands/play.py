@@ -74,7 +74,7 @@ def seconds(text: str) -> float:
 
 def run(arguments: Namespace) -> ExitCode:
     """Play until the end or Ctrl-C. Raises BagError for a bag that cannot be read at all."""
-    with needs_ros("play"):
+    with needs_ros():
         from vigg_ros.player.dds_profile import set_profile
         from vigg_ros.player.participant import participant
         from vigg_ros.player.playback import Playback
