@@ -14,13 +14,13 @@ from __future__ import annotations
 import os
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, LogInfo, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.commands.node_command import NodeArguments, arguments_for_bag
-from vigg_ros.player.dds_profile import NAME, VARIABLE, find_shared_file
+from vigg_ros.player.dds_profile import VARIABLE, find_shared_file, set_profile
 
 SENSORS = {
     "realsense": {
@@ -146,9 +146,10 @@ def viewer(given: dict[str, str]) -> list[Node]:
     return [Node(package="rviz2", executable="rviz2", arguments=["-d", str(displays)] if displays else [])]
 
 
-def profile() -> list[SetEnvironmentVariable]:
-    """The Fast DDS profile, unless the user has set one."""
-    path = find_shared_file(NAME)
-    if VARIABLE in os.environ or path is None:
-        return []
-    return [SetEnvironmentVariable(VARIABLE, str(path))]
+def profile() -> list[object]:
+    """The Fast DDS profile, unless the user has set one, or why it is not used."""
+    environment = dict(os.environ)
+    actions: list[object] = [LogInfo(msg=note) for note in set_profile(environment)]
+    if VARIABLE in environment and VARIABLE not in os.environ:
+        actions.append(SetEnvironmentVariable(VARIABLE, environment[VARIABLE]))
+    return actions

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from vigg_ros.online.parameters import Settings
+from vigg_ros.player import dds_profile
 
 ROOT = Path(__file__).parents[1]
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
@@ -42,7 +43,7 @@ def module_of(name: str, **contents: Any) -> ModuleType:
 
 @pytest.fixture
 def launch_file(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    actions = ("DeclareLaunchArgument", "ExecuteProcess", "OpaqueFunction", "SetEnvironmentVariable")
+    actions = ("DeclareLaunchArgument", "ExecuteProcess", "LogInfo", "OpaqueFunction", "SetEnvironmentVariable")
     stand_ins = [
         module_of("launch", LaunchContext=Given, LaunchDescription=list),
         module_of("launch.actions", **{kind: recorder(kind) for kind in actions}),
@@ -133,7 +134,7 @@ def test_what_is_given_counts_more_than_what_is_found(launch_file: ModuleType) -
 
 def test_all_parameters_are_those_of_the_node(launch_file: ModuleType) -> None:
     bag = str(ROOT / "bags" / "street_lidar")
-    given = {"base_frame": "base", "odom_frame": "start", "image_transport": "compressed", "extrinsics": "0 0 1 0 0 0 1"}
+    given = {"base_frame": "base", "odom_frame": "start", "image_transport": "raw", "extrinsics": "0 0 1 0 0 0 1"}
     _, parameters = node_of(started(launch_file, bag=bag, config="lidar", **given))
     assert set(launch_file.TEXTS) <= set(parameters)
     options = Settings.resolve(parameters).options
@@ -146,6 +147,7 @@ def test_an_unknown_sensor_is_refused_with_those_that_are_known(launch_file: Mod
 
 
 def test_the_dds_profile_is_set_where_none_is(launch_file: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_profile, "NEEDED_MB", 0)
     first, *_ = started(launch_file)
     assert first.kind == "SetEnvironmentVariable"
     assert first.positional == (PROFILE, str(ROOT / "config" / "fastdds_shm.xml"))

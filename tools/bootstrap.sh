@@ -101,7 +101,7 @@ install_package() {
         || fail "a library of this system is missing; the last line above names it."
 }
 
-if is_current "$stamp" || { [ -z "$extra" ] && is_current .venv/.installed-dev; }; then exit 0; fi
+if is_current "$stamp" || is_current .venv/.installed-dev; then exit 0; fi  # dev holds what the others do
 packages=$(missing_python)
 packages="$packages $(missing_libraries)"
 # shellcheck disable=SC2086  # a list of names

@@ -31,22 +31,38 @@ def test_each_participant_gets_32_mib_of_shared_memory_and_udp() -> None:
     assert used[0].findtext(f"{SPACE}segment_size") == str(32 * 2**20)
 
 
-def test_it_is_set_where_nothing_is_set() -> None:
+def test_it_is_set_where_nothing_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_profile.shutil, "disk_usage", lambda path: SimpleNamespace(free=128 * 2**20))
     environment: dict[str, str] = {}
-    assert set_profile(environment) == ROOT / NAME
+    assert set_profile(environment) == []
     assert environment == {VARIABLE: str(ROOT / NAME)}
 
 
 def test_a_profile_of_the_user_stays() -> None:
     environment = {VARIABLE: "/etc/mine.xml"}
-    assert set_profile(environment) is None
+    assert set_profile(environment) == []
     assert environment == {VARIABLE: "/etc/mine.xml"}
 
 
 def test_an_empty_value_means_none_at_all() -> None:
     environment = {VARIABLE: ""}
-    assert set_profile(environment) is None
+    assert set_profile(environment) == []
     assert environment == {}
+
+
+def test_where_shared_memory_is_small_it_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_profile.shutil, "disk_usage", lambda path: SimpleNamespace(free=64 * 2**20))
+    environment: dict[str, str] = {}
+    (note,) = set_profile(environment)
+    assert note.startswith("/dev/shm has 64 MB free, the Fast DDS profile for large messages needs 128")
+    assert environment == {}
+
+
+def test_where_there_is_no_such_file_system_the_profile_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_profile, "SHARED_MEMORY", "/nowhere")
+    environment: dict[str, str] = {}
+    assert set_profile(environment) == []
+    assert VARIABLE in environment
 
 
 @pytest.fixture

@@ -85,12 +85,12 @@ def run(arguments: Namespace) -> ExitCode:
     with BagReader(arguments.bag) as reader:
         topics = _wanted_topics(reader, arguments)
         print(f"for the node: {_node_line(reader)}", flush=True)
-        set_profile()
+        notes = set_profile()
         with participant("vigg_player") as node:
             latched = reader.latched() | {"/tf_static"}
             publishers = Publishers(node, topics, latched, best_effort=arguments.best_effort)
             ticks = [clock_publisher(node)] if arguments.clock else []
-            _say([*reader.notes, *publishers.notes])
+            _say([*reader.notes, *notes, *publishers.notes])
             if not publishers.wait_for_subscribers(arguments.wait) and arguments.wait:
                 _say([f"nobody has subscribed within {arguments.wait:g} s; playing all the same"])
             _play(Playback(reader, publishers, make_plan(arguments), ticks=ticks), topics)

@@ -50,7 +50,8 @@ class LiveRun:
         self._truth = truth
         self._domain_id = domain_id
         self._board = Scoreboard(Errors(truth))
-        set_profile()
+        self.notes = set_profile()
+        """What went wrong on the way, and what the node warned of."""
         environment = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "PYTHONUNBUFFERED": "1"}
         self._process = NodeProcess(node_command(node_words), log, environment)
         self._leader = choice.image if choice.points is None else choice.points
@@ -59,8 +60,6 @@ class LiveRun:
         self._exit_code = 0
         self.late_s = 0.0
         """By how much a message was published later than its place in the rhythm, at most."""
-        self.notes: list[str] = []
-        """What went wrong on the way, and what the node warned of."""
 
     def run(self, plan: Plan, *, best_effort: bool) -> bool:
         """Do it all; True if the user interrupted. Raises NodeFailed if the node never got ready."""
