@@ -99,9 +99,9 @@ def main() -> int:
         process.wait()
         rclpy.try_shutdown()
     settled = min(500, arguments.frames // 2)
-    change = memory_mb[-1] / memory_mb[settled] - 1
     print(f"{arguments.frames} frames: {states}; exit code of the node {process.returncode}")
-    print(f"memory after {settled} frames {memory_mb[settled]:.1f} MB, at the end {memory_mb[-1]:.1f} MB ({change:+.1%})")
+    then_mb, end_mb = memory_mb[settled], memory_mb[-1]
+    print(f"memory: {then_mb:.1f} MB after {settled} frames, {end_mb:.1f} MB at the end ({end_mb / then_mb - 1:+.1%})")
     tenths = [f"{np.nanmedian(part):.1f}" for part in np.array_split(latency_ms, 10)]
     print(f"arrival to answer, median of each tenth of the run, ms: {', '.join(tenths)}")
     return 0
