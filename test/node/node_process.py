@@ -82,6 +82,16 @@ class NodeProcess:
         self.wait_for("ready: ")
         return self
 
+    def wait_until_it_catches(self, number: int) -> None:
+        """Until the process handles this signal itself; before that the interpreter is still starting."""
+        while True:
+            status = Path(f"/proc/{self.process.pid}/status").read_text()
+            caught = int(next(line for line in status.splitlines() if line.startswith("SigCgt")).split()[1], 16)
+            # SIGINT is caught by the interpreter from its beginning, SIGTERM by nobody but the node.
+            if caught >> (number - 1) & 1 and caught >> (signal.SIGTERM - 1) & 1:
+                return
+            time.sleep(0.005)
+
     def memory_mb(self) -> float:
         """Resident memory."""
         pages = int(Path(f"/proc/{self.process.pid}/statm").read_text().split()[1])

@@ -21,6 +21,7 @@ SMALL = Camera(160, 120, 131.0, 131.0, 79.5, 59.5)
 LARGER = Camera(200, 144, 170.0, 170.0, 99.5, 71.5)
 START_NS = 1_700_000_000_123_456_789
 STEP_NS = 66_666_667
+VIEWS = 12
 TYPES = {"/rgb/camera_info": "CameraInfo", "/rgb/image": "Image", "/depth/image": "Image"}
 
 
@@ -39,7 +40,7 @@ def frame(
     number: int, *, camera: Camera = SMALL, stamp_ns: int | None = None, depth_later_ns: int = 0, frame_id: str = "cam"
 ) -> dict[str, Message]:
     """Calibration, image and depth of a frame, by topic."""
-    image, depth_m = view(number % 30, camera)
+    image, depth_m = view(abs((number + VIEWS) % (2 * VIEWS) - VIEWS), camera)  # to and fro
     at: dict[str, Any] = {"stamp_ns": stamp_ns or stamp_of_frame(number), "frame_id": frame_id}
     return {
         "/rgb/camera_info": encode_camera_info(camera, **at),

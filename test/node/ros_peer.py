@@ -45,6 +45,7 @@ class Peer:
         rclpy.init(context=self._context, domain_id=own_domain())
         self.node = Node("peer", context=self._context)
         self.heard: dict[str, list[Any]] = {name: [] for name in (*TYPES, "diagnostics", "matches", "tf")}
+        self._clients: dict[str, Any] = {}
         self._publishers: dict[tuple[str, str, bool], Any] = {}
         for name, (kind, qos) in TYPES.items():
             self._listen(name, kind, f"{target}/{name}", qos)
@@ -94,20 +95,27 @@ class Peer:
             self.node.destroy_publisher(publisher)
         self._publishers.clear()
 
-    def call(self, name: str, *, data: bool | None = None, timeout_s: float = 20.0) -> tuple[Any, float]:
+    def call(self, name: str, *, data: bool | None = None) -> tuple[Any, float]:
         """Call a service of the node: its response, and the seconds it took."""
         kind = Trigger if data is None else SetBool
-        client = self.node.create_client(kind, f"{self._target}/{name}")
-        assert client.wait_for_service(timeout_s), f"no service {name}"
-        request = kind.Request() if data is None else kind.Request(data=data)
+        self._client(kind, name)
         begun_s = time.monotonic()
+        response = self.request(kind, name, kind.Request() if data is None else kind.Request(data=data))
+        return response, time.monotonic() - begun_s
+
+    def request(self, kind: Any, name: str, request: Any, timeout_s: float = 20.0) -> Any:
+        """The response of a service of the node."""
         done = threading.Event()
-        future = client.call_async(request)
+        future = self._client(kind, name).call_async(request)
         future.add_done_callback(lambda _: done.set())
         assert done.wait(timeout_s), f"{name} did not answer"
-        took_s = time.monotonic() - begun_s
-        self.node.destroy_client(client)
-        return future.result(), took_s
+        return future.result()
+
+    def _client(self, kind: Any, name: str) -> Any:
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, f"{self._target}/{name}")
+        assert self._clients[name].wait_for_service(20.0), f"no service {name}"
+        return self._clients[name]
 
     def wait(self, condition: Callable[[], Any], what: str, timeout_s: float = 30.0) -> Any:
         """Until the condition is true. Raises AssertionError."""

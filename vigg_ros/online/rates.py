@@ -9,24 +9,28 @@ from collections.abc import Iterable
 
 import numpy as np
 
-JITTER = 0.9
-"""Stamps of a regular camera vary; a frame this share of the period after the last one counts as on time."""
+JITTER = 0.1
+"""Stamps of a regular camera vary; a frame may come this share of the period early."""
 
 
 class RateLimit:
-    """Lets frames pass that are far enough apart by their stamps, so that speed of arrival plays no part."""
+    """Lets so many frames pass per second of their stamps in the mean; speed of arrival plays no part."""
 
     def __init__(self, max_rate_hz: float = 0.0) -> None:
         self.max_rate_hz = max_rate_hz
-        self._last: tuple[int, int] | None = None
+        self._session: int | None = None
+        self._due_ns = 0.0
 
     def allows(self, stamp_ns: int, session: int) -> bool:
         """Whether this frame is to be registered; the first one of a session always is."""
-        if self.max_rate_hz > 0 and self._last is not None and self._last[1] == session:
-            period_ns = 1e9 / self.max_rate_hz
-            if stamp_ns - self._last[0] < JITTER * period_ns:
-                return False
-        self._last = (stamp_ns, session)
+        if self.max_rate_hz <= 0:
+            return True
+        period_ns = 1e9 / self.max_rate_hz
+        if session == self._session and stamp_ns < self._due_ns - JITTER * period_ns:
+            return False
+        on_time = session == self._session and stamp_ns < self._due_ns + period_ns
+        self._due_ns = (self._due_ns if on_time else stamp_ns) + period_ns
+        self._session = session
         return True
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-SILENCE_S = 4.0
-"""So long nothing may be published before it is explained; with a second for the timers this is within 5 s."""
+SILENCE_S = 3.5
+"""So long nothing may be published before it is explained; with the periods of the timers this is within 5 s."""
 
 TOPICS = {"image": "rgb/image", "camera_info": "rgb/camera_info", "depth": "depth/image", "points": "points"}
 """The names that are subscribed, by role, before remapping."""
