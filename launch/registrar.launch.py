@@ -12,6 +12,7 @@ The drivers of the sensors are not started; docs/node.md says with which options
 from __future__ import annotations
 
 import os
+import sys
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, LogInfo, OpaqueFunction, SetEnvironmentVariable
@@ -135,7 +136,9 @@ def player(given: dict[str, str]) -> list[ExecuteProcess]:
     if not given["bag"]:
         return []
     clock = ["--clock"] if given["use_sim_time"].lower() == "true" else []
-    return [ExecuteProcess(cmd=["vigg", "play", given["bag"], "--rate", given["rate"], *clock], output="screen")]
+    # Not `vigg`: colcon puts executables where no PATH leads.
+    command = [sys.executable, "-m", "vigg_ros.cli", "play", given["bag"], "--rate", given["rate"], *clock]
+    return [ExecuteProcess(cmd=command, output="screen")]
 
 
 def viewer(given: dict[str, str]) -> list[Node]:

@@ -115,7 +115,7 @@ def test_a_bag_takes_one_line_and_brings_topics_and_extrinsics(launch_file: Modu
     assert parameters["extrinsics"].startswith("[0.6")
     assert parameters["use_sim_time"] is True
     (player,) = [action for action in actions if action.kind == "ExecuteProcess"]
-    assert player.cmd == ["vigg", "play", bag, "--rate", "0.5", "--clock"]
+    assert player.cmd == [sys.executable, "-m", "vigg_ros.cli", "play", bag, "--rate", "0.5", "--clock"]
 
 
 def test_what_is_given_counts_more_than_what_is_found(launch_file: ModuleType) -> None:
