@@ -30,8 +30,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
     add_playing_arguments(parser)
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these (default: all)")
-    parser.add_argument("--start", type=seconds, default=0.0, metavar="S", help="leave out so many seconds at first")
-    parser.add_argument("--duration", type=positive_float, default=math.inf, metavar="S", help="play so many seconds")
     parser.add_argument("--clock", action="store_true", help="publish /clock, for nodes with use_sim_time")
     parser.add_argument(
         "--wait",
@@ -62,6 +60,8 @@ def add_playing_arguments(parser: ArgumentParser) -> None:
         default="log",
         help="the rhythm of arrival at the recorder, or that of the header stamps (default: log)",
     )
+    parser.add_argument("--start", type=seconds, default=0.0, metavar="S", help="leave out so many seconds at first")
+    parser.add_argument("--duration", type=positive_float, default=math.inf, metavar="S", help="play so many seconds")
 
 
 def seconds(text: str) -> float:
@@ -108,8 +108,8 @@ def make_plan(arguments: Namespace) -> Plan:
         loops=arguments.loop,
         order=arguments.order,
         now=arguments.now,
-        start_s=getattr(arguments, "start", 0.0),
-        duration_s=getattr(arguments, "duration", math.inf),
+        start_s=arguments.start,
+        duration_s=arguments.duration,
     )
 
 
