@@ -78,13 +78,17 @@ def test_every_message_arrives_as_it_was_recorded(bag: Path, listener: Listener)
     assert main(["play", str(bag)]) == 0
     assert complete(listener)
     assert wait_until(lambda: len(listener.received["/camera_info"]) >= FRAMES)
-    with BagReader(bag) as reader:
-        recorded = {topic: [one.data for one in reader.serialised([topic])] for topic in listener.received}
-    arrived = {topic: [bytes(serialize_message(one)) for one in found] for topic, found in listener.received.items()}
-    # CDR pads to a multiple of 4 bytes at the end, or does not.
-    assert {topic: [data.rstrip(b"\0") for data in found] for topic, found in arrived.items()} == {
-        topic: [data.rstrip(b"\0") for data in found] for topic, found in recorded.items()
-    }
+    for topic, found in listener.received.items():
+        with BagReader(bag) as reader:
+            recorded = list(reader.serialised([topic]))
+        arrived = [canonical(serialize_message(message), recorded[0].type) for message in found]
+        assert arrived == [canonical(one.data, one.type) for one in recorded]
+
+
+def canonical(data: bytes, kind: str) -> bytes:
+    """CDR with zeros between the fields, where rclpy leaves what happened to lie there."""
+    store = message_types()
+    return bytes(store.serialize_cdr(store.deserialize_cdr(data, kind), kind))
 
 
 def test_the_first_line_is_the_command_for_the_node_or_why_there_is_none(

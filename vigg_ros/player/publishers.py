@@ -19,7 +19,8 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from vigg_ros.bags.reader import SerialisedMessage, Topic
 
 _TYPE = re.compile(r"([a-z][a-z0-9_]*)/msg/([A-Z][A-Za-z0-9]*)")
-_DEPTH = 10
+_DEPTH = 50
+"""A subscriber that is held up for a moment still gets them all: at 30 Hz for more than a second."""
 _SETTLED_S = 0.5
 _POLL_S = 0.02
 _ACKNOWLEDGED_S = 2.0
