@@ -20,7 +20,20 @@ NO_ROS = "needs rclpy: pip install 'vigg_ros[ros]' (x86-64), or source a ROS 2 J
 
 Start = Callable[..., NodeProcess]
 
-collect_ignore_glob = [] if HAS_ROS else ["test_dds_*.py"]
+
+class WithoutRos(pytest.Module):
+    """A module of tests that cannot be imported here."""
+
+    def collect(self) -> list[pytest.Item]:
+        """Skip them all, with the reason."""
+        pytest.skip(NO_ROS, allow_module_level=True)
+
+
+def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
+    """Tests over DDS are skipped where there is no rclpy."""
+    if module_path.name.startswith("test_dds_") and not HAS_ROS:
+        return WithoutRos.from_parent(parent, path=module_path)
+    return None
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import Start, depth_arguments
-from node_process import NodeProcess, parameters
+from node_process import ROOT, NodeProcess, parameters
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
@@ -109,6 +109,7 @@ def test_a_bad_start_is_one_line_and_exit_code_2(start: Start) -> None:
         "the first must be below the second": parameters(geometric__min_range_m=5.0, geometric__max_range_m=2.0),
         "expected a YAML file that exists or one of rgbd": parameters(config="rgdb"),
         "the arguments after --ros-args cannot be used": ["-p", "geometry"],
+        "is given as -p config:=FILE": ["--params-file", str(ROOT / "config" / "rgbd.yaml")],
     }
     started = {text: start(*arguments) for text, arguments in cases.items()}
     for text, node in started.items():

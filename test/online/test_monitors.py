@@ -31,6 +31,13 @@ def test_missing_stamps_of_a_regular_topic_are_counted(kept: list[int], missing:
     assert gaps.recent() == (missing, expected)
 
 
+def test_a_topic_without_a_period_misses_nothing() -> None:
+    gaps, rng = StampGaps(), np.random.default_rng(3)
+    for stamp_ns in np.cumsum(rng.integers(10_000_000, 90_000_000, 100)).tolist():
+        gaps.add(stamp_ns)
+    assert gaps.recent() == (0, 0)
+
+
 def test_a_loop_or_a_pause_is_no_gap() -> None:
     gaps = StampGaps()
     for number in (*range(20), *range(20), *range(200, 220)):

@@ -46,7 +46,6 @@ def with_input(one: InputFacts, **changes: object) -> Facts:
         (replace(WELL, last_reason="NO_TF", last_message="found no link"), "NO_TF", "found no link"),
         (replace(WELL, last_reason="NO_DEPTH", last_message="12 points"), "NO_DEPTH", "12 points"),
         (replace(WELL, last_reason="TOO_FEW_MATCHES", last_message="2"), "TOO_FEW_MATCHES", "frames without a pose"),
-        (replace(WELL, paused=True), "PAUSED", "data: false"),
         (replace(WELL, busy=True), "BUSY", "lower geometric.sample_k"),
         (WELL, "NO_FRAME", "vigg doctor"),
     ],

@@ -31,6 +31,12 @@ def wait_for(folder: Path, text: str, *, then: type[Exception] | None = None) ->
         raise then
 
 
+def check_for_long(node: NodeProcess) -> None:
+    for _ in range(2000):
+        node.check()
+        time.sleep(0.01)
+
+
 @pytest.mark.parametrize("code", [0, 3])
 def test_it_is_stopped_by_sigint_and_tells_its_exit_code(code: int, tmp_path: Path) -> None:
     with program(OBEDIENT.format(code=code), tmp_path) as node:
@@ -57,11 +63,11 @@ def test_one_that_does_not_listen_is_killed(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_one_that_ends_by_itself_is_quoted(tmp_path: Path) -> None:
-    with program("import sys; print('first'); sys.exit('no such parameter')", tmp_path) as node:
-        with pytest.raises(NodeFailed, match="exit code 1; it said:\nfirst\nno such parameter"):
-            for _ in range(2000):
-                node.check()
-                time.sleep(0.01)
+    with (
+        program("import sys; print('first'); sys.exit('no such parameter')", tmp_path) as node,
+        pytest.raises(NodeFailed, match="exit code 1; it said:\nfirst\nno such parameter"),
+    ):
+        check_for_long(node)
 
 
 def test_problems_are_told_once_without_stamps_and_colours(tmp_path: Path) -> None:

@@ -12,8 +12,6 @@ import threading
 from types import FrameType
 from typing import NoReturn
 
-from vigg_ros.registration.errors import ViggError
-
 USAGE = 2
 DESCRIPTION = "Registers camera frames with depth, online, as a ROS 2 node. Parameters and remappings: --ros-args."
 EPILOG = """examples:
@@ -28,6 +26,7 @@ NO_ROS = (
     "registrar: ROS 2 is missing ({error}). Source a ROS 2 Jazzy installation (. /opt/ros/jazzy/setup.bash), "
     "or install its wheels: pip install 'vigg_ros[ros]'"
 )
+NO_LIBRARY = "registrar: a library is missing ({error}). Install the package with what it needs: pip install vigg_ros"
 
 
 class StopSignals:
@@ -58,17 +57,23 @@ def run(arguments: list[str] | None = None) -> int:
         return 0
     try:
         from vigg_ros.node.spinning import spin
+        from vigg_ros.registration.errors import ConfigError
     except ImportError as error:
-        print(NO_ROS.format(error=error), file=sys.stderr)
+        print((NO_ROS if _is_of_ros(error) else NO_LIBRARY).format(error=error), file=sys.stderr)
         return USAGE
     try:
         ended = spin(words, signals)
-    except ViggError as error:
+    except ConfigError as error:
         print(f"registrar: {error}", file=sys.stderr)
         return USAGE
     if not ended:  # a registration still runs, in C code that cannot be interrupted
         _leave(0)
     return 0
+
+
+def _is_of_ros(error: ImportError) -> bool:
+    top = (error.name or "").partition(".")[0]
+    return top in ("rclpy", "std_srvs", "builtin_interfaces", "rcl_interfaces", "rpyutils") or top.endswith("_msgs")
 
 
 def _parse(words: list[str]) -> argparse.Namespace:

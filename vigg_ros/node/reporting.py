@@ -113,6 +113,8 @@ class Reporting:
         now_s = time.monotonic()
         self._check_clock(now_s)
         self._check_gaps()
+        if self._pipeline.is_paused:
+            self._began_s = now_s  # silence is what was asked for
         last_s = max(self._began_s, self._tally.last_pose_s or 0.0)
         self._findings = self._explain(leader, partner, now_s) if now_s - last_s >= SILENCE_S else []
         if not self._findings:
@@ -147,7 +149,6 @@ class Reporting:
                 offset_s=offset_s(leader.monitor, partner.monitor),
                 last_reason="" if last is None or last.has_pose else last.reason,
                 last_message="" if last is None else last.message,
-                paused=self._pipeline.is_paused,
                 busy=self._pipeline.worker.is_busy,
                 idle_topics=() if idle is None else (idle,),
             )

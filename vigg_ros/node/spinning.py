@@ -34,7 +34,8 @@ def spin(words: list[str], signals: StopSignals) -> bool:
     try:
         rclpy.init(args=["registrar", *words], context=context, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy has a type of its own for each kind of bad argument, and RuntimeError
-        raise ConfigError(f"the arguments after --ros-args cannot be used: {_one_line(error)}") from error
+        hint = "; a file of `vigg config` is given as -p config:=FILE" if "--params-file" in words else ""
+        raise ConfigError(f"the arguments after --ros-args cannot be used: {_one_line(error)}{hint}") from error
     signals.defer()
     try:
         return _spin(context, words, signals.received)

@@ -13,6 +13,9 @@ from vigg_ros.online.rates import Rate
 PERIODS = 100
 """Steps between stamps from which the usual one is taken."""
 
+IRREGULAR = 0.2
+"""Where steps are this far from multiples of the period in the mean, the topic has none, and nothing is missing."""
+
 
 class StampGaps:
     """Counts the stamps that a regular topic should have brought and did not."""
@@ -28,7 +31,7 @@ class StampGaps:
         self._last_ns = stamp_ns
 
     def recent(self) -> tuple[int, int]:
-        """Missing and expected stamps of the last PERIODS steps; (0, 0) before ten of them are known.
+        """Missing and expected stamps of the last PERIODS steps; (0, 0) before ten are known, or without a period.
 
         The shortest tenth of the steps tells the sensor's period: where most stamps are missing, the median
         step is a multiple of it.
@@ -38,6 +41,8 @@ class StampGaps:
         steps = np.array(self._steps_ns)
         period = np.percentile(steps, 10)
         expected = np.maximum(np.rint(steps / period), 1)
+        if np.abs(steps / period - expected).mean() > IRREGULAR:
+            return 0, 0
         return int((expected - 1).sum()), int(expected.sum())
 
 

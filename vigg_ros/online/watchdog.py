@@ -73,7 +73,6 @@ class Facts:
     last_reason: str
     """Why the last frame had no pose: code, then text; empty if no frame came so far."""
     last_message: str
-    paused: bool = False
     busy: bool = False
     idle_topics: tuple[str, ...] = ()
     """Input topics of the other geometry that somebody publishes."""
@@ -81,8 +80,6 @@ class Facts:
 
 def explain(facts: Facts) -> list[Finding]:
     """The causes, at most one for each input; those of the frames as a whole where every input is well."""
-    if facts.paused:
-        return [Finding("PAUSED", "~/pause", "a paused node", "a running one", "call ~/pause with data: false")]
     inputs = [finding for one in facts.inputs for finding in [_of_input(one, facts)] if finding is not None]
     return inputs or list(_of_frames(facts))[:1]
 
