@@ -4,7 +4,6 @@
 
 BIN := .venv/bin
 BAG := bags/room_rgbd
-CONFIG := rgbd
 RATE := 1
 
 .PHONY: help demo live test lint fuzz clean
@@ -15,11 +14,11 @@ help:  ## list these targets
 
 demo:  ## replay the bundled bag; ends with the table of errors and the path of the report
 	@tools/bootstrap.sh
-	@$(BIN)/vigg replay $(BAG) --config $(CONFIG) --output vigg_replay_demo_$$(date +%Y%m%d_%H%M%S)
+	@$(BIN)/vigg replay $(BAG) --config rgbd --output vigg_replay_demo_$$(date +%Y%m%d_%H%M%S)
 
 live:  ## the node on the bundled bag over ROS 2 from PyPI, with a live table; RATE=0.2 plays slower than real time
 	@tools/bootstrap.sh ros
-	@$(BIN)/vigg live $(BAG) --config $(CONFIG) --rate $(RATE)
+	@$(BIN)/vigg live $(BAG) --rate $(RATE)
 
 test:  ## run the tests; skipped ones are listed with their reason
 	@tools/bootstrap.sh dev

@@ -78,7 +78,7 @@ def test_the_table_says_what_the_node_answered(
 ) -> None:
     bag = write(tmp_path / "bag", with_points=with_points)
     config = "lidar" if with_points else "rgbd"
-    assert main(["live", str(bag), "--config", config, "--rate", "2", *(["--now"] if now else [])]) == 0
+    assert main(["live", str(bag), "--rate", "2", *(["--now"] if now else [])]) == 0
     shown = capsys.readouterr()
     rows = rows_of(shown.out)
     assert rows["frames sent"].startswith(f"{FRAMES} in ")

@@ -30,6 +30,8 @@ from vigg_ros.commands.replay import (
 from vigg_ros.evaluation.trajectory import Trajectory
 from vigg_ros.messages.stamped_pose import decode_pose
 from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.options import InputConfig
+from vigg_ros.replay.samples import suggest_preset, take_samples
 from vigg_ros.replay.truth import true_trajectory
 
 DOMAINS = range(1, 102)
@@ -39,7 +41,7 @@ DOMAINS = range(1, 102)
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg live``: those of a replay, and how to play."""
     parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
-    add_config_arguments(parser)
+    add_config_arguments(parser, default=None)
     add_playing_arguments(parser)
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
     parser.add_argument(
@@ -59,7 +61,6 @@ def run(arguments: Namespace) -> ExitCode:
         from vigg_ros.player.live_run import LiveRun
         from vigg_ros.player.live_summary import summary_table
         from vigg_ros.player.node_process import NodeFailed
-    load_config(arguments)  # a mistake in it is told here, not by the node
     domain_id = _choose_domain() if arguments.domain_id is None else arguments.domain_id
     with BagReader(arguments.bag) as reader, TemporaryDirectory(prefix="vigg_live_") as folder, _stops_on_sigterm():
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
@@ -103,8 +104,10 @@ def _verdict(answered: int, exit_code: int) -> ExitCode:
 def _node_arguments(reader: BagReader, choice: TopicChoice, arguments: Namespace) -> NodeArguments:
     extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
     node = node_arguments(reader, choice, extrinsics)
+    config = arguments.config or suggest_preset(take_samples(reader, choice, InputConfig()))
+    load_config(Namespace(config=config, set=arguments.set))  # a mistake in it is told here, not by the node
     options = dict(assignment.partition("=")[::2] for assignment in arguments.set)
-    return NodeArguments(node.remappings, {"config": arguments.config, **node.parameters, **options})
+    return NodeArguments(node.remappings, {"config": config, **node.parameters, **options})
 
 
 def _read_truth(reader: BagReader, choice: TopicChoice, file: str | None) -> Trajectory | None:
