@@ -4,8 +4,9 @@
 
 BIN := .venv/bin
 BAG := bags/room_rgbd
+RATE := 1
 
-.PHONY: help demo test lint fuzz trials clean
+.PHONY: help demo live test lint fuzz trials clean
 .DEFAULT_GOAL := help
 
 help:  ## list these targets
@@ -14,6 +15,10 @@ help:  ## list these targets
 demo:  ## replay the bundled bag; ends with the table of errors and the path of the report
 	@tools/bootstrap.sh
 	@$(BIN)/vigg replay $(BAG) --config rgbd --output vigg_replay_demo_$$(date +%Y%m%d_%H%M%S)
+
+live:  ## the node on the bundled bag over ROS 2 from PyPI, with a live table; RATE=0.2 plays slower than real time
+	@tools/bootstrap.sh ros
+	@$(BIN)/vigg live $(BAG) --rate $(RATE)
 
 test:  ## run the tests; skipped ones are listed with their reason
 	@tools/bootstrap.sh dev

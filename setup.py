@@ -10,6 +10,9 @@ from setuptools import find_packages, setup
 HERE = Path(__file__).parent
 NAME = "vigg_ros"
 TEST = ["pytest>=7.4", "hypothesis>=6.98"]
+ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
+# The wheels of rclpy are for x86-64 alone; elsewhere the tests of the node are skipped, unless ROS is sourced.
+ROS_WHEELS = [f"{name}; platform_machine == 'x86_64' and sys_platform == 'linux'" for name in ROS]
 OPEN3D = ["open3d>=0.18"]  # the reference that our FPFH is tested against
 EVALUATION = [*OPEN3D, "small_gicp>=1.0", "evo", "kiss-matcher"]
 
@@ -51,10 +54,10 @@ setup(
         "matplotlib>=3.6",
     ],
     extras_require={
-        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "ros": ROS,
         "evaluation": EVALUATION,
         "test": TEST,
-        "dev": [*TEST, *OPEN3D, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
+        "dev": [*TEST, *ROS_WHEELS, *OPEN3D, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
     },
     entry_points={"console_scripts": ["vigg = vigg_ros.cli:main", "registrar = vigg_ros.node:main"]},
 )

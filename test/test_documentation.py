@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.commands.config import commented_yaml
+from vigg_ros.online.parameter_table import markdown_table
 from vigg_ros.registration import Config
 from vigg_ros.registration.config import PRESETS
 from vigg_ros.registration.rigid import angle_rad, inverse
@@ -47,6 +48,13 @@ def test_a_printed_configuration_reads_back(name: str, tmp_path: Path) -> None:
     config = Config.preset(name)
     (tmp_path / "config.yaml").write_text(commented_yaml(config))
     assert Config.load(tmp_path / "config.yaml") == config
+
+
+def test_the_table_of_parameters_is_that_of_the_code() -> None:
+    page = (ROOT / "docs" / "node.md").read_text()
+    assert f"<!-- generated: parameters -->\n\n{markdown_table()}\n<!-- end: parameters -->" in page, (
+        "docs/node.md is out of date; write it again with: python tools/parameters_table.py"
+    )
 
 
 def test_links_between_pages_lead_somewhere() -> None:

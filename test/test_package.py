@@ -74,6 +74,7 @@ def test_the_installed_version_and_commands_are_those_of_the_source() -> None:
 def test_the_target_of_each_command_exists(command: str, target: str) -> None:
     module, function = target.split(":")
     path = ROOT / (module.replace(".", "/") + ".py")
+    path = path if path.is_file() else path.with_suffix("") / "__init__.py"
     assert path.is_file(), f"{command} needs {name_of(path)}"
     defined = [node.name for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)]
     assert function in defined

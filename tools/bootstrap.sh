@@ -12,6 +12,11 @@ set -eu
 cd "$(dirname "$0")/.."
 
 extra=${1:-}
+needed_modules="cv2, numba"
+case $extra in
+    dev) needed_modules="$needed_modules, open3d" ;;
+    ros) needed_modules="$needed_modules, rclpy" ;;
+esac
 stamp=.venv/.installed-${extra:-plain}
 
 say() { printf '%s\n' "$*" >&2; }
@@ -32,7 +37,7 @@ find_python() {
 # The shared libraries that numba and, for the tests, open3d load but do not bring, and their packages.
 needed_libraries() {
     echo "libgomp.so.1 libgomp1"
-    if [ -n "$extra" ]; then
+    if [ "$extra" = dev ]; then
         echo "libEGL.so.1 libegl1"
         echo "libGL.so.1 libgl1"
         echo "libX11.so.6 libx11-6"
@@ -92,11 +97,11 @@ install_package() {
     say "Installing vigg_ros${extra:+ [$extra]} into .venv (up to 2 GB on disk the first time, some minutes) ..."
     .venv/bin/python -m pip install -qq --disable-pip-version-check --editable ".${extra:+[$extra]}" \
         || fail "pip could not install the package; its message stands above."
-    .venv/bin/python -c "import cv2, numba${extra:+, open3d}" \
+    .venv/bin/python -c "import $needed_modules" \
         || fail "a library of this system is missing; the last line above names it."
 }
 
-if is_current "$stamp" || { [ -z "$extra" ] && is_current .venv/.installed-dev; }; then exit 0; fi
+if is_current "$stamp" || is_current .venv/.installed-dev; then exit 0; fi  # dev holds what the others do
 packages=$(missing_python)
 packages="$packages $(missing_libraries)"
 # shellcheck disable=SC2086  # a list of names

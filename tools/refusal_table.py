@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "vigg_ros"
-WINGS = ("messages", "tracking", "registration", "replay")
+WINGS = ("messages", "tracking", "registration", "online", "node")
 RAISED_BY = {"DataError": "refused", "_layout": "refused", "Refusal": "refused", "Note": "noted"}
 """Calls that name a code, and what happens to the message then."""
 

@@ -15,6 +15,8 @@ COMMANDS = {
     "replay": "register all frames of a recorded bag and report the trajectory",
     "register": "register two pairs of a colour and a depth image",
     "convert": "turn a data set folder into a bag",
+    "play": "publish a bag's messages over ROS 2",
+    "live": "run the node on a bag over ROS 2, and watch it",
     "evaluate": "measure the accuracy on pairs of a data set with known poses",
     "doctor": "say what a bag holds and what is missing for a replay",
     "benchmark": "measure the time of each stage and of message conversion",

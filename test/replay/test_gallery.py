@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import attempt, lost, started, tracked
 
+from vigg_ros.pictures import beside, draw_depth
 from vigg_ros.registration import Config, Reason
 from vigg_ros.replay.gallery import LOST_MARGIN, Gallery, margin_of
-from vigg_ros.replay.pictures import beside, draw_depth
 from vigg_ros.tracking.registrar import State
 
 ATTEMPT = attempt()

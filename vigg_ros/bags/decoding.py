@@ -53,6 +53,19 @@ class Decoder:
         except Exception as error:  # generated code on arbitrary bytes fails in ways nobody lists
             raise Undecodable(in_one_line(error)) from error
 
+    def cdr(self, raw: RawMessage) -> bytes:
+        """The message as ROS 2 serialises it; raises Undecodable, for bytes that are no message too.
+
+        Whoever subscribes shall not have to cope with what a damaged bag holds, so it is read once.
+        """
+        message = self.message(raw)
+        if raw.channel.encoding == "cdr":
+            return unpack(raw.data)
+        try:
+            return bytes(self._store(raw.channel).serialize_cdr(message, raw.channel.type))
+        except Exception as error:  # as above
+            raise Undecodable(in_one_line(error)) from error
+
     def _store(self, channel: Channel) -> Typestore:
         if channel.encoding not in ("cdr", "ros1"):
             raise Undecodable(f"its encoding is {channel.encoding[:40]!r}, expected CDR or ROS 1")

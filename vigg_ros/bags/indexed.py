@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from rosbags import rosbag1, rosbag2
-from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat
+from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat, QosDurability
 
 from vigg_ros.bags.storage import Channel, RawMessage
 
@@ -98,4 +98,12 @@ def _channel(connection: Connection) -> Channel:
         encoding=extension.serialization_format if isinstance(extension, ConnectionExtRosbag2) else "ros1",
         definition=connection.msgdef.data,
         definition_format=_FORMATS.get(connection.msgdef.format, ""),
+        latched=_is_latched(connection),
     )
+
+
+def _is_latched(connection: Connection) -> bool:
+    extension = connection.ext
+    if isinstance(extension, ConnectionExtRosbag2):
+        return any(qos.durability is QosDurability.TRANSIENT_LOCAL for qos in extension.offered_qos_profiles)
+    return bool(extension.latching)

@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
+from typing import Literal, TypeVar
 
 from vigg_ros.bags.decoding import Decoder, Undecodable, header_stamp_ns
 from vigg_ros.bags.files import StorageFile, unpack_file
@@ -25,6 +25,8 @@ from vigg_ros.registration.errors import BagError
 IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 _PEEKED_MESSAGES = 10
+
+Decoded = TypeVar("Decoded")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,18 @@ class BagMessage:
     type: str
     log_ns: int
     message: object
+
+
+@dataclass(frozen=True, slots=True)
+class SerialisedMessage:
+    """One message as the bytes that ROS 2 sends (CDR)."""
+
+    topic: str
+    type: str
+    log_ns: int
+    stamp_ns: int | None
+    """The stamp in its header; None for a type without a header."""
+    data: bytes
 
 
 class BagReader:
@@ -105,16 +119,19 @@ class BagReader:
         memory holds at most a few dozen messages (see ``ordering``). ``log`` takes them as recorded.
         Messages that cannot be decoded are skipped and counted in ``losses``.
         """
-        chosen = self._choose(topics)
-        self._ledger.begin(chosen)
-        raws = self._in_log_order(chosen) if order == "log" else self._in_stamp_order(chosen)
-        for raw in raws:
-            try:
-                message = self._decoder.message(raw)
-            except Undecodable as error:
-                self._ledger.undecodable(raw.channel.topic, str(error))
-            else:
-                yield BagMessage(raw.channel.topic, raw.channel.type, raw.log_ns, message)
+        for raw, message in self._read(topics, order, self._decoder.message):
+            yield BagMessage(raw.channel.topic, raw.channel.type, raw.log_ns, message)
+
+    def serialised(
+        self, topics: Iterable[str] | None = None, *, order: Literal["stamp", "log"] = "log"
+    ) -> Iterator[SerialisedMessage]:
+        """Like ``messages``, as bytes for ROS 2; those of ROS 1 bags are converted."""
+        for raw, data in self._read(topics, order, self._decoder.cdr):
+            yield SerialisedMessage(raw.channel.topic, raw.channel.type, raw.log_ns, header_stamp_ns(raw), data)
+
+    def latched(self) -> frozenset[str]:
+        """Topics whose latest message was kept for late subscribers, as far as the bag says."""
+        return frozenset(channel.topic for file in self._files for channel in file.channels if channel.latched)
 
     def stamps(self, topics: Iterable[str] | None = None) -> tuple[StampEntry, ...]:
         """Log times and header stamps of these topics (None: all) as recorded, without decoding."""
@@ -136,6 +153,20 @@ class BagReader:
                     found[topic.name] = str(getattr(message, "encoding", getattr(message, "format", "")))
                     break
         return found
+
+    def _read(
+        self, topics: Iterable[str] | None, order: Literal["stamp", "log"], decode: Callable[[RawMessage], Decoded]
+    ) -> Iterator[tuple[RawMessage, Decoded]]:
+        """Each message of these topics that can be decoded; the others are counted as lost."""
+        chosen = self._choose(topics)
+        self._ledger.begin(chosen)
+        for raw in self._in_log_order(chosen) if order == "log" else self._in_stamp_order(chosen):
+            try:
+                decoded = decode(raw)
+            except Undecodable as error:
+                self._ledger.undecodable(raw.channel.topic, str(error))
+            else:
+                yield raw, decoded
 
     def _open(self) -> None:
         files = find_files(self.path, self._ledger)

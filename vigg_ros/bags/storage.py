@@ -23,6 +23,8 @@ class Channel:
     """The message definition embedded in the bag, or empty."""
     definition_format: str = ""
     """``ros2msg``, ``ros2idl`` or another name from the bag; empty without a definition."""
+    latched: bool = False
+    """Whether who subscribes late was to get the latest message too (transient local), if the file says so."""
 
     @property
     def key(self) -> tuple[str, str]:

@@ -23,6 +23,7 @@ class ExitCode(IntEnum):
     """What a command tells the shell; DESIGN section 5."""
 
     OK = 0
+    FAILED = 1
     USAGE = 2
     UNREADABLE = 3
     PARTLY_READABLE = 4

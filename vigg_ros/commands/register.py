@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from vigg_ros.commands.configuration import add_config_arguments, load_config
 from vigg_ros.commands.console import ExitCode, UsageError, positive_float, table
 from vigg_ros.commands.replay import add_extrinsics_argument, given_extrinsics
+from vigg_ros.pictures import BODY, OPTICAL, draw_aligned, draw_matches
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.result import Evidence, Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
 from vigg_ros.replay.gallery import Look, lines_of_matches
-from vigg_ros.replay.pictures import BODY, OPTICAL, draw_aligned, draw_matches
 
 NO_ANSWER = 1
 """Exit code for frames that could not be registered: an answer, but not one to build on."""

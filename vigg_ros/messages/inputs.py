@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 from vigg_ros.messages.camera_info import Policy, decode_camera_info, images_on
@@ -14,9 +15,16 @@ from vigg_ros.messages.image import decode_image
 from vigg_ros.messages.points import decode_points
 from vigg_ros.messages.stamped_pose import decode_pose
 from vigg_ros.registration.options import InputConfig
-from vigg_ros.tracking.observation import Observation
+from vigg_ros.tracking.observation import Calibration, Note, Observation
 
 Role = Literal["image", "camera_info", "depth", "points", "ground_truth"]
+
+_CHANGED = Note(
+    "CALIBRATION_CHANGED",
+    "another calibration than before",
+    "taken from here on; keyframes were dropped and a new session began",
+    "if the camera did not change, look for a second publisher on the topic",
+)
 
 
 class InputDecoder:
@@ -26,6 +34,7 @@ class InputDecoder:
         policy: Policy = config.rectify  # type: ignore[assignment]
         self._images = images_on(image_topic, policy)
         self._depth_scale_m = config.depth_scale_m or None
+        self._calibration: Calibration | None = None
 
     def decode(self, role: Role, msg: Any) -> Observation:
         """The observation in a message of this role, raw or compressed. Raises DataError."""
@@ -33,10 +42,17 @@ class InputDecoder:
         if role == "image":
             return decode_compressed_image(msg) if compressed else decode_image(msg)
         if role == "camera_info":
-            return decode_camera_info(msg, images=self._images)
+            return self._compared(decode_camera_info(msg, images=self._images))
         if role == "points":
             return decode_points(msg)
         if role == "depth":
             read = decode_compressed_depth if compressed else decode_depth
             return read(msg, depth_scale_m=self._depth_scale_m)
         return decode_pose(msg)
+
+    def _compared(self, calibration: Calibration) -> Calibration:
+        """The calibration, with a note where the camera is another one than before."""
+        old, self._calibration = self._calibration, calibration
+        if old is None or old.same_camera(calibration):
+            return calibration
+        return replace(calibration, notes=(*calibration.notes, _CHANGED))

@@ -11,16 +11,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.config import Config
-from vigg_ros.registration.features import Features
-from vigg_ros.registration.frame import Frame
-from vigg_ros.registration.geometry import ProjectedScan
-from vigg_ros.registration.options import VerificationConfig
-from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
-from vigg_ros.registration.rigid import transform
-from vigg_ros.registration.visibility import DepthView
-from vigg_ros.registration.visual import Keypoints, match_visual
-from vigg_ros.replay.pictures import (
+from vigg_ros.pictures import (
     BODY,
     OPTICAL,
     Picture,
@@ -30,6 +21,15 @@ from vigg_ros.replay.pictures import (
     draw_matches,
     draw_scan,
 )
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.features import Features
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.geometry import ProjectedScan
+from vigg_ros.registration.options import VerificationConfig
+from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
+from vigg_ros.registration.rigid import transform
+from vigg_ros.registration.visibility import DepthView
+from vigg_ros.registration.visual import Keypoints, match_visual
 from vigg_ros.tracking.registrar import Attempt, Estimate
 
 LOST_MARGIN = -1.0

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from vigg_ros.messages.rotation import quaternion_from_rotation
+from vigg_ros.messages.tum import tum_line
 from vigg_ros.replay.record import FrameRecord
 
 EVIDENCE = (
     "visual_matches", "visual_inliers", "geometric_matches", "geometric_inliers", "overlap", "consistency", "conflict",
+    "likeness",
 )  # fmt: skip
 HEADER = (
     "stamp_ns", "session", "state", "reason", "keyframe", "keyframe_stamp_ns", "new_keyframe", *EVIDENCE, "rmse_m",
@@ -25,10 +26,7 @@ HEADER = (
 
 
 def tum_lines(records: Sequence[FrameRecord]) -> Iterator[str]:
-    """Lines of a TUM trajectory: stamp (s), position (m), quaternion x y z w; sessions under a comment.
-
-    Stamps are written from integer nanoseconds, all nine digits of them.
-    """
+    """Lines of a TUM trajectory; sessions under a comment."""
     session = None
     for record in records:
         if record.T_odom_frame is None:
@@ -36,9 +34,7 @@ def tum_lines(records: Sequence[FrameRecord]) -> Iterator[str]:
         if record.session != session:
             session = record.session
             yield f"# session {session}"
-        seconds, nanoseconds = divmod(record.stamp_ns, 1_000_000_000)
-        numbers = (*record.T_odom_frame[:3, 3], *quaternion_from_rotation(record.T_odom_frame[:3, :3]))
-        yield f"{seconds}.{nanoseconds:09d} " + " ".join(f"{number:.9f}" for number in numbers)
+        yield tum_line(record.stamp_ns, record.T_odom_frame)
 
 
 def write_trajectory(records: Sequence[FrameRecord], path: Path) -> None:

@@ -11,7 +11,7 @@ from importlib import resources
 
 import cv2
 
-from vigg_ros.replay.pictures import Picture
+from vigg_ros.pictures import Picture
 
 JPEG_QUALITY = 80
 

@@ -17,7 +17,7 @@ from vigg_ros.messages.stamped_pose import decode_transform
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import InputConfig
 from vigg_ros.tracking.extrinsics import StaticTree
-from vigg_ros.tracking.observation import Calibration, Note, Observation
+from vigg_ros.tracking.observation import Observation
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,6 @@ class BagSource:
         self.notes: dict[tuple[str, str], str] = {}
         """One sentence for each topic and code of a note."""
         self.refused: Counter[str] = Counter()
-        self._calibration: Calibration | None = None
 
     def __iter__(self) -> Iterator[Observation | RefusedMessage]:
         for item in self._reader.messages(self._roles):
@@ -53,24 +52,9 @@ class BagSource:
                 self.refused[error.code] += 1
                 yield RefusedMessage(role, _stamp_of(item.message), error.code, f"{item.topic}: {error}")
                 continue
-            for note in (*observation.notes, *self._change_of(observation)):
+            for note in observation.notes:
                 self.notes.setdefault((item.topic, note.code), f"{item.topic}: {note}")
             yield observation
-
-    def _change_of(self, observation: Observation) -> tuple[Note, ...]:
-        """A note where the camera is another one than before."""
-        if not isinstance(observation, Calibration):
-            return ()
-        old, self._calibration = self._calibration, observation
-        return () if old is None or old.same_camera(observation) else (_CHANGED,)
-
-
-_CHANGED = Note(
-    "CALIBRATION_CHANGED",
-    "another calibration than before",
-    "taken from here on; keyframes were dropped and a new session began",
-    "if the camera did not change, look for a second publisher on the topic",
-)
 
 
 def message_roles(choice: TopicChoice) -> dict[str, Role]:

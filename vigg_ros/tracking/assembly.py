@@ -44,6 +44,21 @@ Follower = DepthImage | ColourImage
 _Outcome = Pair[Leader, Follower] | Unpaired[Leader]
 
 
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Two messages of the same moment with the calibration that held then: all that a frame is made of."""
+
+    leader: Leader
+    follower: Follower
+    calibration: Calibration | None
+    session: int
+
+    @property
+    def stamp_ns(self) -> int:
+        """The stamp of the frame."""
+        return self.leader.stamp_ns
+
+
 class FrameAssembler:
     """Feeds on observations in any order of topics, gives frames in order of their stamps.
 
@@ -53,16 +68,26 @@ class FrameAssembler:
     """
 
     def __init__(self, config: PairingConfig, extrinsics: Lookup | None = None) -> None:
-        self._pairing: Pairing[Leader, Follower] = Pairing(round(config.sync_slop_s * 1e9), config.queue_size)
+        self._slop_ns, self._queue_size = round(config.sync_slop_s * 1e9), config.queue_size
+        self._pairing: Pairing[Leader, Follower] = Pairing(self._slop_ns, self._queue_size)
         self._waiting: deque[_Outcome] = deque()
-        self._queue_size = config.queue_size
         self._extrinsics = extrinsics
         self._calibration: Calibration | None = None
         self._changes = 0
+        self._loops_before = 0
         self._session = (0, 0)
 
     def add(self, observation: Observation) -> list[Assembled]:
         """Frames and refusals that are certain once this observation is known."""
+        return [self._assemble(found) for found in self.match(observation)]
+
+    def flush(self) -> list[Assembled]:
+        """What is left at the end of a recording."""
+        self._waiting.extend(self._pairing.flush())
+        return [self._assemble(found) for found in self._release(at_end=True)]
+
+    def match(self, observation: Observation) -> list[Match | Refusal]:
+        """As ``add``, but frames are not built yet: that takes time, which is saved for those that are dropped."""
         try:
             if isinstance(observation, Calibration):
                 self._calibrate(observation)
@@ -74,10 +99,21 @@ class FrameAssembler:
             return [Refusal(observation.stamp_ns, error.code, str(error), self._number(), self._leads(observation))]
         return self._release()
 
-    def flush(self) -> list[Assembled]:
-        """What is left at the end of a recording."""
+    def restart(self) -> list[Match | Refusal]:
+        """Forget all stamps, as before a recording; the calibration holds on. What waited is returned, unbuilt."""
         self._waiting.extend(self._pairing.flush())
-        return self._release(at_end=True)
+        waiting = self._release(at_end=True)
+        self._pairing = Pairing(self._slop_ns, self._queue_size)
+        self._loops_before = self._session[0]
+        return waiting
+
+    def build(self, match: Match) -> Assembled:
+        """The frame of a match, or why there is none. May run in another thread than ``match``."""
+        try:
+            frame = self._build(match)
+        except DataError as error:
+            return Refusal(match.stamp_ns, error.code, str(error), match.session)
+        return SyncedFrame(frame, match.leader.frame_id, match.session)
 
     def _leads(self, observation: Observation) -> bool:
         return isinstance(observation, ColourImage if self._extrinsics is None else PointCloud)
@@ -88,29 +124,28 @@ class FrameAssembler:
         if old is not None and not old.same_camera(calibration):
             self._changes += 1
 
-    def _release(self, *, at_end: bool = False) -> list[Assembled]:
-        assembled: list[Assembled] = []
+    def _release(self, *, at_end: bool = False) -> list[Match | Refusal]:
+        released: list[Match | Refusal] = []
         while self._waiting:
             ready = self._calibration is not None or at_end or len(self._waiting) > self._queue_size
             if not ready and isinstance(self._waiting[0], Pair):
                 break
-            assembled.append(self._assemble(self._waiting.popleft()))
-        return assembled
+            released.append(self._settle(self._waiting.popleft()))
+        return released
 
-    def _assemble(self, outcome: _Outcome) -> Assembled:
-        self._session = max(self._session, (outcome.loop, self._changes))
-        leader = outcome.first
+    def _settle(self, outcome: _Outcome) -> Match | Refusal:
+        self._session = max(self._session, (self._loops_before + outcome.loop, self._changes))
         if isinstance(outcome, Unpaired):
             message = f"no {self._partner()} has a stamp within sync_slop_s, nearer to this one than to its neighbours"
-            return Refusal(leader.stamp_ns, "UNPAIRED", message, self._number())
-        try:
-            frame = self._build(leader, outcome.second)
-        except DataError as error:
-            return Refusal(leader.stamp_ns, error.code, str(error), self._number())
-        return SyncedFrame(frame, leader.frame_id, self._number())
+            return Refusal(outcome.first.stamp_ns, "UNPAIRED", message, self._number())
+        return Match(outcome.first, outcome.second, self._calibration, self._number())
 
-    def _build(self, leader: Leader, follower: Follower) -> Frame:
-        if self._calibration is None:
+    def _assemble(self, found: Match | Refusal) -> Assembled:
+        return self.build(found) if isinstance(found, Match) else found
+
+    def _build(self, match: Match) -> Frame:
+        leader, follower = match.leader, match.follower
+        if match.calibration is None:
             raise DataError(
                 "NO_CALIBRATION",
                 found="images without a CameraInfo",
@@ -119,9 +154,9 @@ class FrameAssembler:
             )
         if isinstance(leader, PointCloud):
             assert isinstance(follower, ColourImage), "scans are paired with images"
-            return scan_frame(leader, follower, self._calibration, self._extrinsics)
+            return scan_frame(leader, follower, match.calibration, self._extrinsics)
         assert isinstance(follower, DepthImage), "images are paired with depth"
-        return depth_frame(leader, follower, self._calibration)
+        return depth_frame(leader, follower, match.calibration)
 
     def _partner(self) -> str:
         return "depth image" if self._extrinsics is None else "colour image"

@@ -86,6 +86,7 @@ class Registrar:
     def __init__(self, config: Config) -> None:
         self._config = config
         self._session = 0
+        self._keyframe_requested = False
         self.reset(0)
 
     @property
@@ -111,6 +112,15 @@ class Registrar:
         self._velocity: NDArray[np.float64] | None = None
         self._attempt: Attempt | None = None
         self._frames_lost = 0
+        self._keyframe_requested = False
+
+    def request_keyframe(self) -> None:
+        """Let the next frame that is tracked become the reference, however near it is."""
+        self._keyframe_requested = True
+
+    def configure(self, config: Config) -> None:
+        """Other options from the next frame on; keyframes keep the features they have."""
+        self._config = config
 
     def step(self, frame: Frame, *, session: int | None = None) -> Estimate:
         """Register the next frame; a session other than the current one starts again."""
@@ -134,8 +144,9 @@ class Registrar:
         pose = _pose(keyframe, outcome)
         self._velocity = self._velocity_to(pose, frame.stamp_ns)
         self._last = Tracked(seen.frame, seen.features, pose)
-        new_keyframe = is_far(outcome, self._config.keyframes)
+        new_keyframe = self._keyframe_requested or is_far(outcome, self._config.keyframes)
         if new_keyframe:
+            self._keyframe_requested = False
             self._keyframes.add(seen.frame, seen.features, pose)
         return self._estimate(frame, state, keyframe, outcome, timings_ms, pose=pose, new_keyframe=new_keyframe)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vigg_ros.replay.pictures import BODY, MAX_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
+from vigg_ros.pictures import BODY, MAX_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
 
 BLACK = np.zeros((48, 64, 3), np.uint8)
 GAP = 6

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes for tests. Without rclpy they are skipped."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from node_process import NodeProcess, cheap_parameters, parameters
+
+if TYPE_CHECKING:
+    from ros_peer import Peer
+
+HAS_ROS = all(importlib.util.find_spec(name) for name in ("rclpy", "nav_msgs", "diagnostic_msgs", "std_srvs"))
+NO_ROS = "needs rclpy: pip install 'vigg_ros[ros]' (x86-64), or source a ROS 2 Jazzy installation"
+
+Start = Callable[..., NodeProcess]
+
+
+class WithoutRos(pytest.Module):
+    """A module of tests that cannot be imported here."""
+
+    def collect(self) -> list[pytest.Item]:
+        """Skip them all, with the reason."""
+        pytest.skip(NO_ROS, allow_module_level=True)
+
+
+def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
+    """Tests over DDS are skipped where there is no rclpy."""
+    if module_path.name.startswith("test_dds_") and not HAS_ROS:
+        return WithoutRos.from_parent(parent, path=module_path)
+    return None
+
+
+@pytest.fixture(scope="module")
+def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Start]:
+    """Starts nodes, and ends those that still run after the tests of the module."""
+    started: list[NodeProcess] = []
+
+    def begin(*arguments: str, environment: dict[str, str] | None = None) -> NodeProcess:
+        log: Path = tmp_path_factory.mktemp("node") / "node.log"
+        started.append(NodeProcess(arguments, log, environment=environment))
+        return started[-1]
+
+    yield begin
+    for node in started:
+        if node.process.poll() is None:
+            node.process.kill()
+            node.process.wait()
+
+
+@pytest.fixture(scope="module")
+def peer() -> Iterator[Peer]:
+    """The other side of the graph, for the tests of a module."""
+    from ros_peer import Peer
+
+    one = Peer()
+    yield one
+    one.close()
+
+
+@pytest.fixture(scope="module")
+def shared_node(start: Start) -> NodeProcess:
+    """A node for RGB-D frames that the tests of a module share; each begins with a reset."""
+    return start(*depth_arguments()).wait_until_ready()
+
+
+@pytest.fixture
+def node(shared_node: NodeProcess, peer: Peer) -> Iterator[NodeProcess]:
+    """The shared node, with nothing left of the test before."""
+    peer.call("reset")
+    peer.wait_briefly(lambda: False, 0.1)
+    peer.clear()
+    yield shared_node
+    peer.withdraw()
+
+
+def depth_arguments(*more: str, **values: object) -> Sequence[str]:
+    """Arguments for a quick node with depth images."""
+    return [*cheap_parameters(), *parameters(geometry="depth", **values), *more]

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the running node."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from conftest import Start, depth_arguments
+from node_process import ROOT, NodeProcess, parameters
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
+from rclpy.parameter import Parameter
+from rendered_frames import frame, send_and_wait
+from ros_peer import Peer
+
+from vigg_ros.online.parameters import Settings
+
+
+@pytest.fixture(scope="module")
+def running(start: Start, tmp_path_factory: pytest.TempPathFactory) -> NodeProcess:
+    """A node with an integer for a real number, and a parameter file that is for another node."""
+    path: Path = tmp_path_factory.mktemp("parameters") / "other.yaml"
+    path.write_text("front_camera:\n  ros__parameters:\n    geometry: points\n")
+    return start(*depth_arguments("--params-file", str(path), max_rate=0, geometric__max_range_m=6)).wait_until_ready()
+
+
+def change(peer: Peer, **values: object) -> tuple[bool, str]:
+    """Set parameters together, as `ros2 param set` does."""
+    request = SetParametersAtomically.Request()
+    request.parameters = [Parameter(n.replace("__", "."), value=v).to_parameter_msg() for n, v in values.items()]
+    result = peer.request(SetParametersAtomically, "set_parameters_atomically", request).result
+    return result.successful, result.reason
+
+
+def value(peer: Peer, name: str) -> object:
+    """The value of a number or text."""
+    found = peer.request(GetParameters, "get_parameters", GetParameters.Request(names=[name])).values[0]
+    return found.double_value if found.type == ParameterType.PARAMETER_DOUBLE else found.string_value
+
+
+@pytest.mark.hostile("Parameters: Integer for a double A")
+def test_an_integer_is_taken_for_a_real_number_at_start_and_later(running: NodeProcess, peer: Peer) -> None:
+    assert value(peer, "geometric.max_range_m") == 6.0
+    assert change(peer, max_rate=7) == (True, "")
+    assert value(peer, "max_rate") == 7.0
+    assert change(peer, max_rate=0.0) == (True, "")
+
+
+@pytest.mark.hostile("Parameters: NaN or out of range F, or refused at run time with the old value kept")
+@pytest.mark.parametrize("bad", [float("nan"), -1.0, 1e9, "fast"])
+def test_a_bad_value_is_refused_and_the_old_one_kept(running: NodeProcess, peer: Peer, bad: object) -> None:
+    successful, reason = change(peer, max_rate=bad)
+    assert not successful
+    assert "max_rate" in reason or "Wrong parameter type" in reason
+    assert value(peer, "max_rate") == 0.0
+
+
+@pytest.mark.hostile("Parameters: inconsistent set refused as a whole")
+def test_of_a_set_with_a_bad_value_nothing_is_taken(running: NodeProcess, peer: Peer) -> None:
+    assert not change(peer, max_rate=3.0, geometric__min_range_m=7.0)[0]
+    assert value(peer, "max_rate") == 0.0
+
+
+@pytest.mark.hostile("Parameters: read-only refused")
+def test_a_read_only_parameter_is_refused(running: NodeProcess, peer: Peer) -> None:
+    successful, reason = change(peer, odom_frame="world")
+    assert not successful
+    assert "read-only" in reason
+    assert value(peer, "odom_frame") == "odom"
+
+
+@pytest.mark.hostile("Parameters: file that matches no node N")
+def test_a_file_for_another_node_is_noted(running: NodeProcess) -> None:
+    line = running.wait_for("nothing of this file is used", 5.0)
+    assert "found parameters of front_camera, expected /registrar" in line
+
+
+def test_max_rate_skips_frames_by_their_stamps(running: NodeProcess, peer: Peer) -> None:
+    peer.clear()
+    change(peer, max_rate=5.0)
+    states = [send_and_wait(peer, frame(number))["state"] for number in range(7)]
+    assert states == ["STARTED", "SKIPPED", "SKIPPED", "TRACKING", "SKIPPED", "SKIPPED", "TRACKING"]
+    change(peer, max_rate=0.0)
+
+
+def test_parameters_are_described_with_their_ranges(running: NodeProcess, peer: Peer) -> None:
+    known = list(Settings().parameters())
+    request = DescribeParameters.Request(names=[one.name for one in known])
+    descriptors = peer.request(DescribeParameters, "describe_parameters", request).descriptors
+    for parameter, descriptor in zip(known, descriptors, strict=True):
+        assert parameter.doc in descriptor.description
+        assert descriptor.read_only == (not parameter.is_dynamic)
+        ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+        assert [(one.from_value, one.to_value) for one in ranges] == (
+            [] if parameter.low is None else [(parameter.low, parameter.high)]
+        )
+
+
+@pytest.mark.hostile("Parameters: NaN or out of range F, or refused at run time with the old value kept")
+@pytest.mark.hostile("Parameters: unknown key F with a suggestion")
+@pytest.mark.hostile("Parameters: inconsistent set refused as a whole")
+def test_a_bad_start_is_one_line_and_exit_code_2(start: Start) -> None:
+    cases = {
+        "tf_timeout is nan, expected 0 to 10 s": parameters(tf_timeout=".nan"),
+        "visual.top_k is 100000, expected 3 to 2000": parameters(visual__top_k=100000),
+        "did you mean pairing.sync_slop_s?": parameters(sync_slop=0.02),
+        "the first must be below the second": parameters(geometric__min_range_m=5.0, geometric__max_range_m=2.0),
+        "expected a YAML file that exists or one of rgbd": parameters(config="rgdb"),
+        "the arguments after --ros-args cannot be used": ["-p", "geometry"],
+        "is given as -p config:=FILE": ["--params-file", str(ROOT / "config" / "rgbd.yaml")],
+    }
+    started = {text: start(*arguments) for text, arguments in cases.items()}
+    for text, node in started.items():
+        assert node.exit_code() == 2
+        lines = node.log.splitlines()
+        own = [line for line in lines if "[rcl]" not in line]  # rcl has its say on arguments it cannot parse
+        assert len(own) == 1, node.log
+        assert own[0].startswith("registrar: ")
+        assert text in own[0]

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The Fast DDS profile: what it says, where it is found, and when it is used."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+import pytest
+
+from vigg_ros.player import dds_profile
+from vigg_ros.player.dds_profile import NAME, VARIABLE, find_shared_file, set_profile
+
+ROOT = Path(__file__).parents[2]
+SPACE = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
+
+
+def test_each_participant_gets_32_mib_of_shared_memory_and_udp() -> None:
+    root = ElementTree.parse(ROOT / NAME).getroot()
+    assert root.tag == f"{SPACE}profiles"
+    described = {one.findtext(f"{SPACE}transport_id"): one for one in root.iter(f"{SPACE}transport_descriptor")}
+    (participant,) = root.findall(f"{SPACE}participant")
+    assert participant.get("is_default_profile") == "true"
+    assert participant.findtext(f"{SPACE}rtps/{SPACE}useBuiltinTransports") == "false"
+    chosen = participant.iterfind(f"{SPACE}rtps/{SPACE}userTransports/{SPACE}transport_id")
+    used = [described[one.text] for one in chosen]
+    assert [one.findtext(f"{SPACE}type") for one in used] == ["SHM", "UDPv4"]
+    assert used[0].findtext(f"{SPACE}segment_size") == str(32 * 2**20)
+
+
+def test_it_is_set_where_nothing_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_profile.shutil, "disk_usage", lambda path: SimpleNamespace(free=128 * 2**20))
+    environment: dict[str, str] = {}
+    assert set_profile(environment) == []
+    assert environment == {VARIABLE: str(ROOT / NAME)}
+
+
+def test_a_profile_of_the_user_stays() -> None:
+    environment = {VARIABLE: "/etc/mine.xml"}
+    assert set_profile(environment) == []
+    assert environment == {VARIABLE: "/etc/mine.xml"}
+
+
+def test_an_empty_value_means_none_at_all() -> None:
+    environment = {VARIABLE: ""}
+    assert set_profile(environment) == []
+    assert environment == {}
+
+
+def test_where_shared_memory_is_small_it_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_profile.shutil, "disk_usage", lambda path: SimpleNamespace(free=64 * 2**20))
+    environment: dict[str, str] = {}
+    (note,) = set_profile(environment)
+    assert note.startswith("/dev/shm has 64 MB free, the Fast DDS profile for large messages needs 128")
+    assert environment == {}
+
+
+def test_where_there_is_no_such_file_system_the_profile_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_profile, "SHARED_MEMORY", "/nowhere")
+    environment: dict[str, str] = {}
+    assert set_profile(environment) == []
+    assert VARIABLE in environment
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder in which nothing of the source tree is found; the package lies in its lib/."""
+    monkeypatch.setattr(dds_profile, "__file__", str(tmp_path / "lib" / "vigg_ros" / "player" / "dds_profile.py"))
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    monkeypatch.setattr(dds_profile.sys, "prefix", str(tmp_path / "prefix"))
+    monkeypatch.setattr(dds_profile.site, "getuserbase", lambda: str(tmp_path / "user"))
+    monkeypatch.setattr(dds_profile.metadata, "files", lambda name: None)
+    return tmp_path
+
+
+def profile_below(folder: Path) -> Path:
+    path = folder / "share" / "vigg_ros" / NAME
+    path.parent.mkdir(parents=True)
+    path.write_text("<profiles/>")
+    return path
+
+
+@pytest.mark.parametrize("prefix", ["lib", "prefix", "user"])
+def test_it_is_found_where_pip_puts_it(prefix: str, elsewhere: Path) -> None:
+    assert find_shared_file(NAME) is None
+    path = profile_below(elsewhere / prefix)
+    assert find_shared_file(NAME) == path
+
+
+def test_it_is_found_in_a_workspace(elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{elsewhere / 'other'}:{elsewhere / 'install'}")
+    path = profile_below(elsewhere / "install")
+    assert find_shared_file(NAME) == path
+
+
+def test_it_is_found_by_what_pip_wrote_down(elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = profile_below(elsewhere / "anywhere")
+    recorded = metadata.PackagePath("share/vigg_ros/package.xml")
+    recorded.dist = SimpleNamespace(locate_file=lambda name: elsewhere / "anywhere" / name)
+    monkeypatch.setattr(dds_profile.metadata, "files", lambda name: [metadata.PackagePath("a.py"), recorded])
+    assert find_shared_file(NAME) == path

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The displays for RViz and Foxglove show topics that the node has, with fitting types and qualities."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+CONFIG = Path(__file__).parents[1] / "config"
+
+OUTPUTS = {
+    "/registrar/pose": "Pose",
+    "/registrar/relative_pose": "PoseWithCovariance",
+    "/registrar/odom": "Odometry",
+    "/registrar/path": "Path",
+    "/registrar/keyframe_points": "PointCloud2",
+    "/registrar/matches": "Image",
+    "/registrar/status": "",
+    "/diagnostics": "",
+}
+"""The node's outputs and RViz' name for their type."""
+
+LATCHED = {"/registrar/path", "/registrar/keyframe_points"}
+BEST_EFFORT = {"/registrar/matches"}
+
+
+def test_rviz_shows_the_outputs_in_the_odometry_frame() -> None:
+    manager = yaml.safe_load((CONFIG / "registrar.rviz").read_text())["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == "odom"
+    shown = {one["Topic"]["Value"]: one for one in manager["Displays"] if "Topic" in one}
+    assert set(shown) == set(OUTPUTS) - {"/registrar/relative_pose", "/registrar/status", "/diagnostics"}
+    for topic, display in shown.items():
+        assert display["Class"] == f"rviz_default_plugins/{OUTPUTS[topic]}"
+        durability = "Transient Local" if topic in LATCHED else "Volatile"
+        reliability = "Best Effort" if topic in BEST_EFFORT else "Reliable"
+        assert display["Topic"]["Durability Policy"] == durability
+        assert display["Topic"]["Reliability Policy"] == reliability
+    assert "rviz_default_plugins/TF" in {one["Class"] for one in manager["Displays"]}
+
+
+def test_foxglove_shows_topics_of_the_node_only() -> None:
+    layout = json.loads((CONFIG / "registrar.foxglove.json").read_text())
+    shown = {topic for text in strings(layout["configById"]) for topic in re.findall(r"^/[a-z_]+(?:/[a-z_]+)?", text)}
+    assert shown <= set(OUTPUTS)
+    assert {"/registrar/matches", "/registrar/status", "/registrar/path", "/diagnostics"} <= shown
+
+
+def test_every_panel_of_foxglove_has_a_place() -> None:
+    layout = json.loads((CONFIG / "registrar.foxglove.json").read_text())
+    assert sorted(leaves(layout["layout"])) == sorted(layout["configById"])
+    assert {name.partition("!")[0] for name in layout["configById"]} >= {"3D", "Image", "Plot", "DiagnosticSummary"}
+
+
+def strings(value: Any) -> Iterator[str]:
+    """All keys and texts within."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield key
+            yield from strings(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from strings(inner)
+
+
+def leaves(tree: Any) -> Iterator[str]:
+    if isinstance(tree, str):
+        yield tree
+    else:
+        for side in ("first", "second"):
+            yield from leaves(tree[side])

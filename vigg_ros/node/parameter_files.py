@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameter files on the command line that say nothing to this node, which ROS passes over in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import yaml
+
+from vigg_ros.online.parameters import unmatched_nodes
+
+
+def notes_on_files(words: list[str], node_name: str) -> Iterator[str]:
+    """A sentence for each --params-file none of whose sections is this node's."""
+    for flag, path in pairwise(words):
+        if flag == "--params-file":
+            others = unmatched_nodes(yaml.safe_load(Path(path).read_text(encoding="utf-8")), node_name)
+            if others:
+                yield (
+                    f"{path}: found parameters of {', '.join(others)}, expected {node_name}; nothing of this file is "
+                    f"used: name the section {node_name.strip('/')} or /**"
+                )

@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the node says about itself: log lines, WAITING, and /diagnostics."""
+
+from __future__ import annotations
+
+import time
+import traceback
+
+from rclpy.node import Node
+
+from vigg_ros.messages.fields import Message
+from vigg_ros.node.inputs import InputTopic, has_publisher
+from vigg_ros.online.answer import Answer, Fate
+from vigg_ros.online.monitor import offset_s
+from vigg_ros.online.parameters import Settings
+from vigg_ros.online.pipeline import Pipeline
+from vigg_ros.online.status import frame_status, input_status, registration_status, waiting_status
+from vigg_ros.online.tally import Tally
+from vigg_ros.online.throttle import Throttle
+from vigg_ros.online.watchdog import PROFILE_REMEDY, SILENCE_S, Facts, Finding, explain
+from vigg_ros.tracking.observation import Note
+from vigg_ros.tracking.registrar import State
+
+LOG_PERIOD_S = 10.0
+"""Equal lines are said once in this time."""
+
+MISSING_SHARE = 0.1
+"""So many missing stamps of a regular topic are worth a line."""
+
+
+class Reporting:
+    """Speaks for the node; knows nothing of publishers."""
+
+    CHECK_PERIOD_S = 0.5
+    DIAGNOSTICS_PERIOD_S = 1.0
+
+    def __init__(
+        self, node: Node, settings: Settings, inputs: list[InputTopic], tally: Tally, pipeline: Pipeline
+    ) -> None:
+        self._node = node
+        self._settings = settings
+        self._inputs = inputs
+        self._tally = tally
+        self._pipeline = pipeline
+        self._throttle = Throttle(LOG_PERIOD_S)
+        self._notes: set[tuple[str, str]] = set()
+        self._began_s = time.monotonic()
+        self._findings: list[Finding] = []
+        self._state = ""
+        self._lost_before = 0
+
+    def begin(self) -> None:
+        """The kernels are loaded and the topics subscribed: say so."""
+        self._began_s = time.monotonic()
+        topics = ", ".join(one.topic for one in self._inputs)
+        options = self._settings.options
+        self._node.get_logger().info(
+            f"ready: config {options.config}, geometry {options.geometry}; subscribed to {topics}; "
+            f"poses on {self._node.resolve_topic_name('~/pose')} in {options.odom_frame}"
+        )
+
+    def note(self, one: InputTopic, note: Note) -> None:
+        """Something odd that was accepted: said once for each topic and code."""
+        if (one.topic, note.code) not in self._notes:
+            self._notes.add((one.topic, note.code))
+            self._node.get_logger().warning(f"{one.topic}: {note} ({note.code})")
+
+    def note_refusal(self, one: InputTopic, code: str, message: str) -> None:
+        """A message that was refused."""
+        one.monitor.refuse(code, message)
+        self._warn(f"{one.topic} {code}", f"{one.topic}: {message} ({code})")
+
+    def note_publishers(self, one: InputTopic) -> None:
+        """The publishers of an input have come or gone."""
+        if len(one.offers) > 1:
+            self._warn(
+                f"{one.topic} publishers",
+                f"{one.topic}: found {len(one.offers)} publishers, expected one; their messages are mixed, and stamps "
+                "that do not ascend are refused; stop one of them, or remap (TWO_PUBLISHERS)",
+            )
+
+    def note_second_parent(self, base: str, parent: str) -> None:
+        """TF has another parent for the base already."""
+        self._warn(
+            "second parent",
+            f"/tf: found {base} below {parent}, expected no parent besides "
+            f"{self._settings.options.odom_frame}; nothing is published on /tf; set base_frame to the root of the "
+            "robot's tree, or publish_tf to false (SECOND_PARENT)",
+        )
+
+    def log_answer(self, answer: Answer) -> None:
+        """Changes of the state; refused and dropped frames, throttled."""
+        if answer.registered is not None:
+            self._log_estimate(answer)
+        elif answer.state == Fate.REFUSED.value:
+            leader = self._inputs[0].topic
+            self._warn(f"{leader} {answer.reason}", f"{leader}: {answer.message} ({answer.reason})")
+        elif answer.state == Fate.DROPPED.value:
+            self._warn(
+                "dropped",
+                f"{self._inputs[0].topic}: frames arrive faster than they are registered; {self._tally.dropped} of "
+                f"{self._tally.received} were dropped so far; lower the rate (max_rate) or the cost "
+                "(geometric.sample_k, visual.max_keypoints) if that matters (DROPPED)",
+            )
+
+    def frame_status(self, answer: Answer) -> Message:
+        """What ~/status says of a frame."""
+        return frame_status(answer, self._tally)
+
+    def check(self, leader: InputTopic, partner: InputTopic) -> Message | None:
+        """Explain a silence; a status to publish if there is something new to say."""
+        now_s = time.monotonic()
+        self._check_clock(now_s)
+        self._check_gaps()
+        if self._pipeline.is_paused:
+            self._began_s = now_s  # silence is what was asked for
+        last_s = max(self._began_s, self._tally.last_pose_s or 0.0)
+        self._findings = self._explain(leader, partner, now_s) if now_s - last_s >= SILENCE_S else []
+        if not self._findings:
+            return None
+        held = self._throttle.due("silence " + " ".join(one.code for one in self._findings), now_s)
+        if held is None:
+            return None
+        for finding in self._findings:
+            self._node.get_logger().error(f"no pose for {now_s - last_s:.0f} s. {finding}")
+        return waiting_status(self._findings)
+
+    def diagnostics(self) -> list[Message]:
+        """The statuses of /diagnostics: one for each input, one for the registration."""
+        now_s = time.monotonic()
+        by_topic = {finding.topic: finding for finding in reversed(self._findings)}
+        inputs = [input_status(one.topic, one.monitor, now_s, by_topic.get(one.topic)) for one in self._inputs]
+        return [*inputs, registration_status(self._tally, now_s, self._findings)]
+
+    def log_failure(self, error: BaseException) -> None:
+        """An error of this package, with its place, so that it can be reported."""
+        place = "".join(traceback.format_exception(error))
+        self._warn(f"failure {type(error).__name__}", f"internal error, please report it:\n{place}", error=True)
+
+    def _explain(self, leader: InputTopic, partner: InputTopic, now_s: float) -> list[Finding]:
+        last = self._tally.last
+        other = "depth" if self._settings.options.geometry == "points" else "points"
+        idle = has_publisher(self._node, other)
+        return explain(
+            Facts(
+                inputs=[one.facts(now_s) for one in self._inputs],
+                slop_s=self._settings.config.pairing.sync_slop_s,
+                offset_s=offset_s(leader.monitor, partner.monitor),
+                last_reason="" if last is None or last.has_pose else last.reason,
+                last_message="" if last is None else last.message,
+                busy=self._pipeline.worker.is_busy,
+                idle_topics=() if idle is None else (idle,),
+            )
+        )
+
+    def _log_estimate(self, answer: Answer) -> None:
+        before, self._state = self._state, answer.state
+        log = self._node.get_logger()
+        if answer.state == State.LOST.value:
+            self._warn(f"lost {answer.reason}", f"LOST: {answer.message} ({answer.reason})")
+        elif answer.state == State.STARTED.value:
+            log.info(f"session {answer.session} started: {answer.frame_id} at this frame defines the odometry frame")
+        elif answer.state == State.RELOCALISED.value or before == State.LOST.value:
+            log.info(f"{answer.state} again after {self._lost_before} lost frames")
+        self._lost_before = self._tally.frames_lost
+
+    def _check_gaps(self) -> None:
+        for one in self._inputs[:2]:
+            missing, expected = one.monitor.gaps.recent()
+            if expected and missing > MISSING_SHARE * expected:
+                self._warn(
+                    f"{one.topic} gaps",
+                    f"{one.topic}: found {expected - missing} of the last {expected} stamps, expected all of them; "
+                    f"{PROFILE_REMEDY} (STAMPS_MISSING)",
+                )
+
+    def _check_clock(self, now_s: float) -> None:
+        waited = now_s - self._began_s >= SILENCE_S
+        if waited and ("/clock", "NO_CLOCK") not in self._notes and self._lacks_clock():
+            self._notes.add(("/clock", "NO_CLOCK"))
+            self._node.get_logger().warning(
+                "/clock: found no message, expected the time, as use_sim_time is on; outputs carry the stamps of the "
+                "inputs and go on; publish /clock or set use_sim_time to false (NO_CLOCK)"
+            )
+
+    def _lacks_clock(self) -> bool:
+        return self._node.get_parameter("use_sim_time").value and self._node.get_clock().now().nanoseconds == 0
+
+    def _warn(self, key: str, text: str, *, error: bool = False) -> None:
+        held = self._throttle.due(key, time.monotonic())
+        if held is None:
+            return
+        text += f" ({held} more like this since the last line)" if held else ""
+        if error:
+            self._node.get_logger().error(text)
+        else:
+            self._node.get_logger().warning(text)

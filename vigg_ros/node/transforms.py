@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""TF, through tf2_ros: imported only where a parameter asks for it, as the wheels on PyPI do not have it."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.time import Time
+
+from vigg_ros.messages.encode import encode_transform
+from vigg_ros.messages.stamped_pose import decode_transform
+from vigg_ros.node.classes import ros
+from vigg_ros.registration.errors import ConfigError, DataError
+
+
+class Transforms:
+    """What /tf and /tf_static say, and a place to publish. Raises ConfigError where tf2_ros is missing."""
+
+    def __init__(self, node: Node, wanted_by: str) -> None:
+        try:
+            import tf2_ros
+        except ImportError as error:
+            raise ConfigError(
+                f"{wanted_by} needs tf2_ros, which is missing ({error}); it comes with a ROS 2 installation "
+                "(. /opt/ros/jazzy/setup.bash), not with the wheels on PyPI. Without it, give the parameter extrinsics "
+                "as x y z qx qy qz qw, leave publish_tf off, and base_frame empty"
+            ) from error
+        self._unknown: type[Exception] = tf2_ros.TransformException
+        self._buffer: Any = tf2_ros.Buffer(node=node)
+        self._listener = tf2_ros.TransformListener(self._buffer, node)
+        self._broadcaster = tf2_ros.TransformBroadcaster(node)
+        self._lock = threading.Lock()
+        self._parents: dict[str, str | None] = {}
+
+    def lookup(self, target: str, source: str) -> NDArray[np.float64] | None:
+        """The latest T_target_source, None while TF does not know it; does not wait. Raises DataError."""
+        if not (target and source):
+            raise DataError(
+                "FRAME_ID_EMPTY",
+                found=f"frames {source!r} and {target!r}",
+                expected="the names of two frames in TF",
+                remedy="set the driver's frame_id, or give the extrinsics as a parameter",
+            )
+        try:
+            transform = self._buffer.lookup_transform(target, source, Time())
+        except self._unknown:
+            return None
+        return decode_transform(transform).T_frame_child
+
+    def publish(self, T_odom_base: NDArray[np.float64], *, stamp_ns: int, odom: str, base: str) -> str | None:
+        """Publish a transform on /tf, unless the base has another parent there: then its name is returned."""
+        parent = self._parent(base, odom)
+        if parent is None:
+            message = encode_transform(T_odom_base, stamp_ns=stamp_ns, frame_id=odom, child_frame_id=base)
+            self._broadcaster.sendTransform(ros(message))
+        return parent
+
+    def _parent(self, base: str, odom: str) -> str | None:
+        """The parent that somebody else gives to the base; looked up once, before the first own transform."""
+        if base not in self._parents:
+            known = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
+            parent = known.get(base, {}).get("parent") if isinstance(known, dict) else None
+            self._parents[base] = None if parent == odom else parent
+        return self._parents[base]

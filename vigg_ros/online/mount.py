@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the sensor, which is registered, to the base, whose pose is published."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.rigid import inverse
+from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.extrinsics import Lookup
+
+POLL_S = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """Where the sensor stands on the base: p_base = T_base_sensor @ p_sensor."""
+
+    T_base_sensor: NDArray[np.float64]
+
+    def carried(self, pose: UncertainPose) -> UncertainPose:
+        """A motion of the sensor as the motion of the base.
+
+        T_odom_base = T_base_sensor T_start_sensor T_sensor_base: the odometry frame is where the base stood at
+        the first frame, not where the sensor did; so its z axis points up if the base's did. The mount is taken
+        as exact.
+        """
+        at_base = UncertainPose(self.T_base_sensor, np.zeros((6, 6))).compose(pose)
+        return at_base.compose(UncertainPose(inverse(self.T_base_sensor), np.zeros((6, 6))))
+
+
+def patient(lookup: Lookup, timeout_s: float, wait: Callable[[float], object] = time.sleep) -> Lookup:
+    """A lookup that asks again until the timeout; for the worker's thread, which may wait, never for a callback."""
+
+    def look(target: str, source: str) -> NDArray[np.float64] | None:
+        deadline_s = time.monotonic() + timeout_s
+        while (found := lookup(target, source)) is None and time.monotonic() < deadline_s:
+            wait(POLL_S)
+        return found
+
+    return look
+
+
+class MountFinder:
+    """Looks up where each sensor stands on the base, once for each frame name."""
+
+    def __init__(self, base_frame: str, lookup: Lookup) -> None:
+        self._base_frame = base_frame
+        self._lookup = lookup
+        self._found: dict[str, Mount] = {}
+
+    def __call__(self, frame_id: str) -> Mount:
+        """The mount of the sensor with this frame. Raises DataError while TF does not know it."""
+        if frame_id not in self._found:
+            self._found[frame_id] = Mount(self._look_up(frame_id))
+        return self._found[frame_id]
+
+    def _look_up(self, frame_id: str) -> NDArray[np.float64]:
+        if not self._base_frame or frame_id == self._base_frame:
+            return np.eye(4)
+        T_base_sensor = self._lookup(self._base_frame, frame_id)
+        if T_base_sensor is None:
+            raise DataError(
+                "NO_TF",
+                found=f"no transform from {frame_id!r} to base_frame {self._base_frame!r}",
+                expected="a chain of transforms between sensor and base",
+                remedy="publish it on /tf_static, or leave base_frame empty for the pose of the sensor",
+            )
+        return T_base_sensor
