@@ -92,7 +92,7 @@ def found(
     cosine, sine = np.cos(np.deg2rad(turn_deg)), np.sin(np.deg2rad(turn_deg))
     T[:2, :2] = (cosine, -sine), (sine, cosine)
     evidence = Evidence(overlap=overlap, visual_inliers=inliers)
-    return Registration(T, np.eye(6), evidence, np.empty((0, 2), np.int64))
+    return Registration(T, np.eye(6), evidence, np.empty((0, 4), np.float32))
 
 
 @pytest.mark.parametrize(
