@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+import cProfile
 import resource
 import time
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -28,6 +29,8 @@ from vigg_ros.commands.replay import (
     find_extrinsics,
     requested_topics,
 )
+from vigg_ros.evaluation.growth import REPEATS, SIZES, measure
+from vigg_ros.evaluation.growth_plot import draw_growth
 from vigg_ros.messages.inputs import InputDecoder
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
@@ -41,6 +44,9 @@ from vigg_ros.tracking.registrar import Registrar
 WARM_UP = 3
 """Frames not counted: they compile, load and fill caches."""
 
+HOTTEST = 15
+"""Functions that a profile names."""
+
 MESSAGES = 20
 """Messages of each topic that are decoded."""
 
@@ -50,8 +56,11 @@ Times = dict[str, list[float]]
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg benchmark``."""
-    parser.add_argument("bag", help="a recording of at least a few frames")
+    parser.add_argument("bag", nargs="?", help="a recording of at least a few frames")
     parser.add_argument("--frames", type=positive_int, default=60, help="measured at most (default: %(default)s)")
+    parser.add_argument("--profile", action="store_true", help="name the functions that take the most time themselves")
+    parser.add_argument("--growth", action="store_true", help="instead of a bag: time and memory over the input's size")
+    parser.add_argument("--plot", metavar="FILE", help="with --growth: a new picture")
     add_config_arguments(parser)
     add_extrinsics_argument(parser)
     add_topic_arguments(parser)
@@ -59,6 +68,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> ExitCode:
     """Measure and print tables of medians and p95."""
+    if arguments.growth:
+        return run_growth(arguments.plot)
+    if not arguments.bag:
+        raise UsageError("nothing to measure: name a BAG, or give --growth")
     config = load_config(arguments)
     with BagReader(Path(arguments.bag)) as reader:
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
@@ -67,11 +80,15 @@ def run(arguments: Namespace) -> ExitCode:
         frames = list(islice(read_frames(reader, choice, config, extrinsics), arguments.frames + WARM_UP))
     if len(frames) <= WARM_UP:
         raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP}")
-    stages, sift_ms = time_frames(frames, config)
+    profile = cProfile.Profile() if arguments.profile else None
+    stages, sift_ms = time_frames(frames, config, profile)
     machine = describe_machine()
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{len(frames) - WARM_UP} frames; {machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
     print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
+    if profile is not None:
+        print()
+        print(table([("function", "calls per frame", "own ms per frame"), *_hottest(profile, len(frames) - WARM_UP)]))
     print()
     print(table([("decoding", "median ms", "p95 ms"), *(row[:3] for row in _rows(decoding, 1.0))]))
     return ExitCode.OK
@@ -90,7 +107,30 @@ def _made(assembled: list[Assembled]) -> Iterator[Frame]:
     return (one.frame for one in assembled if isinstance(one, SyncedFrame))
 
 
-def time_frames(frames: list[Frame], config: Config) -> tuple[Times, list[float]]:
+def run_growth(plot: str | None) -> ExitCode:
+    """Print the table of time and memory over the size of the input, and draw it."""
+    if plot is not None and Path(plot).exists():
+        raise UsageError(f"{plot} exists; give a new file")
+    with Progress("sizes", sum(map(len, SIZES.values()))) as progress:
+        rows = []
+        for row in measure():
+            rows.append(row)
+            progress.step()
+    machine = describe_machine()
+    print(f"{machine['cores']} cores of {machine['processor']}; the least of {REPEATS} runs, each in a new process")
+    lines = ((row.what, str(row.size), f"{row.milliseconds:.1f}", f"{row.peak_mb:.0f}") for row in rows)
+    print(table([("input", "size", "ms", "peak MB"), *lines]))
+    if plot is not None:
+        try:
+            draw_growth(rows, Path(plot))
+        except OSError as error:
+            raise UsageError(f"{plot} cannot be written: {error}; give another file") from error
+    return ExitCode.OK
+
+
+def time_frames(
+    frames: list[Frame], config: Config, profile: cProfile.Profile | None = None
+) -> tuple[Times, list[float]]:
     """Stages of each step after the warm-up, and SIFT alone on the same image in the same moment."""
     registrar = Registrar(config)
     stages: Times = defaultdict(list)
@@ -100,7 +140,8 @@ def time_frames(frames: list[Frame], config: Config) -> tuple[Times, list[float]
             grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
             alone_ms = _milliseconds(partial(cv2.SIFT_create().detectAndCompute, grey, None))
             start = time.perf_counter()
-            estimate = registrar.step(frame)
+            with profile if profile is not None and number >= WARM_UP else nullcontext():
+                estimate = registrar.step(frame)
             total_ms = 1e3 * (time.perf_counter() - start)
             progress.step()
             if number >= WARM_UP:
@@ -125,6 +166,18 @@ def _milliseconds(work: Callable[[], Any]) -> float:
     start = time.perf_counter()
     work()
     return 1e3 * (time.perf_counter() - start)
+
+
+def _hottest(profile: cProfile.Profile, frames: int) -> list[tuple[str, str, str]]:
+    """The functions with the most time of their own: name and place, calls and milliseconds per frame."""
+    rows = []
+    for entry in sorted(profile.getstats(), key=lambda entry: -entry.inlinetime)[:HOTTEST]:
+        code = entry.code
+        # Whole kernels show as their wrappers here; what is inside was compiled.
+        place = "" if isinstance(code, str) else f" ({Path(code.co_filename).name}:{code.co_firstlineno})"
+        name = f"{code if isinstance(code, str) else code.co_name}{place}"
+        rows.append((name, f"{entry.callcount / frames:.1f}", f"{1e3 * entry.inlinetime / frames:.2f}"))
+    return rows
 
 
 def _rows(times: Times, unit_ms: float) -> list[tuple[str, str, str, str]]:

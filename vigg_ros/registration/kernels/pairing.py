@@ -23,15 +23,21 @@ def _nearest(x, y, z, points, index, radius):  # pragma: no cover - compiled
     key = (np.int64(cx) * shape[1] + np.int64(cy)) * shape[2] + np.int64(cz)
     place = np.searchsorted(keys, key)
     occupied = place < len(keys) and keys[place] == key
-    best, found = radius * radius, -1
-    for k in range(9):
+    best, found = np.float32(radius * radius), -1
+    # How far the columns of cells on either side are; those beyond the nearest point so far are skipped.
+    west, south = (x - origin[0]) - (cx - 1) * cell_size, (y - origin[1]) - (cy - 1) * cell_size
+    aside_x, aside_y = (west, 0.0, cell_size - west), (south, 0.0, cell_size - south)
+    fx, fy, fz = np.float32(x), np.float32(y), np.float32(z)
+    for k in (4, 1, 3, 5, 7, 0, 2, 6, 8):  # the point's own column first
+        if aside_x[k // 3] ** 2 + aside_y[k % 3] ** 2 > best:
+            continue
         if occupied:
             begin, end = known[place, k, 0], known[place, k, 1]
         else:
             begin = starts[np.searchsorted(keys, key + steps[k] - 1)]
             end = starts[np.searchsorted(keys, key + steps[k] + 1, side="right")]
         for j in range(begin, end):
-            dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
+            dx, dy, dz = points[j, 0] - fx, points[j, 1] - fy, points[j, 2] - fz
             distance = dx * dx + dy * dy + dz * dz
             if distance <= best:
                 best, found = distance, j
