@@ -86,10 +86,7 @@ class NodeProcess:
         """All that it has said so far."""
         return self._log.read_text()
 
-    def wait_for(self, text: str, timeout_s: float = _locks: list[IO[str]] = []
-"""Held until the process ends."""
-
-START_TIMEOUT_S) -> str:
+    def wait_for(self, text: str, timeout_s: float = START_TIMEOUT_S) -> str:
         """The first line with this text. Raises AssertionError with the log if there is none in time."""
         end_s = time.monotonic() + timeout_s
         while time.monotonic() < end_s:
