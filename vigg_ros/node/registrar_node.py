@@ -190,6 +190,8 @@ class RegistrarNode:
 
     def _reset(self) -> None:
         self._pipeline.reset()
+        for one in self._inputs:
+            one.monitor.restart()
         with self._lock:
             self._outputs.forget()
 
