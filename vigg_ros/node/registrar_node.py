@@ -31,7 +31,6 @@ from vigg_ros.online.pipeline import Pipeline
 from vigg_ros.online.tally import Tally
 from vigg_ros.online.trail import SaveError, Trail
 from vigg_ros.registration.errors import DataError
-from vigg_ros.tracking.assembly import Refusal
 from vigg_ros.tracking.extrinsics import Lookup, fixed
 
 ROLES = {"points": ("points", "image", "camera_info"), "depth": ("image", "depth", "camera_info")}
@@ -145,7 +144,7 @@ class RegistrarNode:
     def _refuse(self, one: InputTopic, stamp: int, code: str, message: str) -> None:
         self._reporting.note_refusal(one, code, message)
         if one is self._leader:
-            self._pipeline.refuse(Refusal(stamp, code, message, 0))
+            self._pipeline.refuse(stamp, code, message)
 
     def _publish(self, answer: Answer) -> None:
         """One answer; the pipeline sees to it that this never runs twice at a time."""
@@ -191,6 +190,8 @@ class RegistrarNode:
 
     def _reset(self) -> None:
         self._pipeline.reset()
+        for one in self._inputs:
+            one.monitor.restart()
         with self._lock:
             self._outputs.forget()
 

@@ -39,6 +39,7 @@ class Reporting:
         self, node: Node, settings: Settings, inputs: list[InputTopic], tally: Tally, pipeline: Pipeline
     ) -> None:
         self._node = node
+        self._name = node.get_fully_qualified_name().strip("/")
         self._settings = settings
         self._inputs = inputs
         self._tally = tally
@@ -106,7 +107,7 @@ class Reporting:
 
     def frame_status(self, answer: Answer) -> Message:
         """What ~/status says of a frame."""
-        return frame_status(answer, self._tally)
+        return frame_status(self._name, answer, self._tally)
 
     def check(self, leader: InputTopic, partner: InputTopic) -> Message | None:
         """Explain a silence; a status to publish if there is something new to say."""
@@ -124,14 +125,17 @@ class Reporting:
             return None
         for finding in self._findings:
             self._node.get_logger().error(f"no pose for {now_s - last_s:.0f} s. {finding}")
-        return waiting_status(self._findings)
+        return waiting_status(self._name, self._findings)
 
     def diagnostics(self) -> list[Message]:
         """The statuses of /diagnostics: one for each input, one for the registration."""
         now_s = time.monotonic()
         by_topic = {finding.topic: finding for finding in reversed(self._findings)}
-        inputs = [input_status(one.topic, one.monitor, now_s, by_topic.get(one.topic)) for one in self._inputs]
-        return [*inputs, registration_status(self._tally, now_s, self._findings)]
+        inputs = [
+            input_status(f"{self._name}: {one.topic}", one.monitor, now_s, by_topic.get(one.topic))
+            for one in self._inputs
+        ]
+        return [*inputs, registration_status(self._name, self._tally, now_s, self._findings)]
 
     def log_failure(self, error: BaseException) -> None:
         """An error of this package, with its place, so that it can be reported."""

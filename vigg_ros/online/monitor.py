@@ -55,8 +55,8 @@ class InputMonitor:
         self.last_refusal = ""
         """Code and message; empty if the last message was good."""
         self.last_arrival_s: float | None = None
-        self.stamps_ns: deque[int] = deque(maxlen=50)
-        """Of the last good messages."""
+        self.stamps_ns: deque[int] = deque(maxlen=10)
+        """Of the last good messages; few, so that an offset is that of now, also after a clock was set."""
         self.gaps = StampGaps()
         self.rate = Rate()
 
@@ -77,6 +77,11 @@ class InputMonitor:
         self.refused[code] += 1
         self.last_refusal = f"{message} ({code})"
 
+    def restart(self) -> None:
+        """Forget stamps, as before a recording; counts go on."""
+        self.stamps_ns.clear()
+        self.gaps = StampGaps()
+
     def age_s(self, now_s: float) -> float | None:
         """Seconds since the last message; None before the first."""
         return None if self.last_arrival_s is None else now_s - self.last_arrival_s
@@ -87,5 +92,5 @@ def offset_s(leader: InputMonitor, follower: InputMonitor) -> float | None:
     if not leader.stamps_ns or not follower.stamps_ns:
         return None
     theirs = np.sort(np.array(follower.stamps_ns))
-    distances = [theirs[np.argmin(np.abs(theirs - stamp))] - stamp for stamp in list(leader.stamps_ns)[-10:]]
+    distances = [theirs[np.argmin(np.abs(theirs - stamp))] - stamp for stamp in leader.stamps_ns]
     return float(np.median(distances)) / 1e9

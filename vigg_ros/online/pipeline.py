@@ -72,15 +72,15 @@ class Pipeline:
         found = self._assembler.match(observation)
         for refusal in found:
             if isinstance(refusal, Refusal) and refusal.leads:
-                self.refuse(refusal)
+                self.refuse(refusal.stamp_ns, refusal.code, refusal.message)
         matches = (one for one in found if isinstance(one, Match))
         self._take([_Job(match, self._generation, arrived_s) for match in matches])
         return [one for one in found if isinstance(one, Refusal) and not one.leads]
 
-    def refuse(self, refusal: Refusal) -> None:
-        """Answer a leading message that cannot be used."""
-        session = refusal.session + self._generation
-        self._answer(Answer(refusal.stamp_ns, session, Fate.REFUSED.value, refusal.code, refusal.message))
+    def refuse(self, stamp_ns: int, code: str, message: str) -> None:
+        """Answer a leading message that cannot be used; the stamp is 0 where it has none."""
+        session = self._assembler.session + self._generation
+        self._answer(Answer(stamp_ns, session, Fate.REFUSED.value, code, message))
 
     def reset(self) -> None:
         """Forget keyframes and stamps; a registration that runs is not waited for, its result is discarded.

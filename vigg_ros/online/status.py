@@ -15,7 +15,6 @@ from vigg_ros.online.tally import Tally
 from vigg_ros.online.watchdog import Finding
 from vigg_ros.tracking.registrar import State
 
-NAME = "registrar"
 _LEVELS = {
     State.STARTED.value: OK,
     State.TRACKING.value: OK,
@@ -29,8 +28,8 @@ _EVIDENCE = (
 )  # fmt: skip
 
 
-def frame_status(answer: Answer, tally: Tally) -> Message:
-    """What became of one frame, as ``~/status`` tells it."""
+def frame_status(node: str, answer: Answer, tally: Tally) -> Message:
+    """What became of one frame, as ``~/status`` of the node of this name tells it."""
     values: dict[str, object] = {"stamp_ns": answer.stamp_ns, "session": answer.session, "state": answer.state}
     values |= {"reason": answer.reason, "frames_received": tally.received, "frames_dropped": tally.dropped}
     estimate = answer.estimate
@@ -44,19 +43,19 @@ def frame_status(answer: Answer, tally: Tally) -> Message:
     text = " ".join(part for part in (answer.state, answer.reason) if part)
     text += f": {answer.message}" if answer.message else ""
     return encode_diagnostic_status(
-        _LEVELS.get(answer.state, WARN), NAME, text, values=values, hardware_id=answer.frame_id
+        _LEVELS.get(answer.state, WARN), node, text, values=values, hardware_id=answer.frame_id
     )
 
 
-def waiting_status(findings: Sequence[Finding]) -> Message:
+def waiting_status(node: str, findings: Sequence[Finding]) -> Message:
     """That nothing is published, and why."""
     text = "WAITING: " + "; ".join(map(str, findings))
     values = {"state": "WAITING", "reason": findings[0].code, "codes": " ".join(one.code for one in findings)}
-    return encode_diagnostic_status(ERROR, NAME, text, values=values)
+    return encode_diagnostic_status(ERROR, node, text, values=values)
 
 
-def input_status(topic: str, monitor: InputMonitor, now_s: float, finding: Finding | None) -> Message:
-    """How an input topic is doing, for /diagnostics."""
+def input_status(name: str, monitor: InputMonitor, now_s: float, finding: Finding | None) -> Message:
+    """How an input topic is doing, for /diagnostics; ``name`` is "node: topic"."""
     missing, expected = monitor.gaps.recent()
     age_s = monitor.age_s(now_s)
     values: dict[str, object] = {
@@ -70,10 +69,10 @@ def input_status(topic: str, monitor: InputMonitor, now_s: float, finding: Findi
     level, text = (OK, "receiving") if finding is None else (ERROR, str(finding))
     if finding is None and monitor.last_refusal:
         level, text = WARN, monitor.last_refusal
-    return encode_diagnostic_status(level, f"{NAME}: {topic}", text, values=values)
+    return encode_diagnostic_status(level, name, text, values=values)
 
 
-def registration_status(tally: Tally, now_s: float, findings: Sequence[Finding]) -> Message:
+def registration_status(node: str, tally: Tally, now_s: float, findings: Sequence[Finding]) -> Message:
     """Rates, drops and latencies, for /diagnostics."""
     values: dict[str, object] = {"frames_received": tally.received, "pose_rate_hz": f"{tally.rate.hz(now_s):.2f}"}
     values |= {f"frames_{state.lower()}": count for state, count in sorted(tally.states.items())}
@@ -87,4 +86,4 @@ def registration_status(tally: Tally, now_s: float, findings: Sequence[Finding])
         level, text = ERROR, f"LOST for {tally.frames_lost} frames: {reason}"
     else:
         level, text = OK, "WAITING" if tally.last is None else tally.last.state
-    return encode_diagnostic_status(level, f"{NAME}: registration", text, values=values)
+    return encode_diagnostic_status(level, f"{node}: registration", text, values=values)

@@ -115,6 +115,11 @@ class FrameAssembler:
             return Refusal(match.stamp_ns, error.code, str(error), match.session)
         return SyncedFrame(frame, match.leader.frame_id, match.session)
 
+    @property
+    def session(self) -> int:
+        """The session of what was released last."""
+        return self._number()
+
     def _leads(self, observation: Observation) -> bool:
         return isinstance(observation, ColourImage if self._extrinsics is None else PointCloud)
 
