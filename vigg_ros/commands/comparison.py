@@ -9,7 +9,7 @@ import shlex
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,14 +23,14 @@ from vigg_ros.evaluation.runner import Plan, run_plan
 from vigg_ros.evaluation.summary import Summary, figure, reasons, summarise_all
 
 MAX_WRONG = 20
-"""Wrong answers listed on the screen; pairs.csv has all."""
+"""Wrong answers listed on the screen; the .csv has all."""
 
 MAX_CURVES = 12
 """Methods in one picture; more cannot be told apart."""
 
 
-def add_comparison_arguments(parser: ArgumentParser) -> None:
-    """--methods, --jobs, --output, --config, --set."""
+def add_comparison_arguments(parser: ArgumentParser, *, presets: bool = True) -> None:
+    """--methods, --jobs, --output and --set; --config where the preset is to be chosen."""
     parser.add_argument(
         "--methods",
         nargs="+",
@@ -45,9 +45,9 @@ def add_comparison_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--output",
         metavar="FOLDER",
-        help="pairs.csv, summary.json and errors.png go there; the same command goes on where it was stopped",
+        help="tables (.csv, .json) and curves (.png) go there; the same command goes on where it was stopped",
     )
-    add_config_arguments(parser)
+    add_config_arguments(parser, choose=presets)
 
 
 def method_names(arguments: Namespace, *, outdoor: bool) -> list[str]:
@@ -79,18 +79,22 @@ def output_folder(arguments: Namespace) -> Path | None:
 
 
 def report(results: Sequence[PairResult], limits: Limits, name: str, folder: Path | None) -> list[Summary]:
-    """Print the table of results, with what it leaves out, and write the files into the folder."""
+    """Print the table of results, and write it with its curves into the folder."""
     summaries = summarise_all(results, limits)
     print(f"{name}: recall at {limits.recall_deg:g} deg and {100 * limits.recall_m:g} cm; medians count failures")
     rows = [summary.cells() for summary in summaries]
     print(table([list(rows[0]), *(list(row.values()) for row in rows)]))
+    if folder is not None:
+        _write(results, limits, summaries, folder, name)
+    return summaries
+
+
+def print_details(results: Sequence[PairResult], limits: Limits) -> None:
+    """What the table leaves out: why there is no answer, which answers are wrong, where the time goes."""
     for method, counted in reasons(results).items():
         print(f"without an answer, {method}: " + ", ".join(f"{why} {n}" for why, n in counted.most_common()))
     _print_wrong(results, limits)
     _print_stages(results, limits)
-    if folder is not None:
-        _write(results, limits, summaries, folder, name)
-    return summaries
 
 
 def print_machine(jobs: int) -> None:
@@ -102,8 +106,6 @@ def print_machine(jobs: int) -> None:
 
 def _print_wrong(results: Sequence[PairResult], limits: Limits) -> None:
     """The wrong answers of the first method, the worst first."""
-    if not results:
-        return
     wrong = [result for result in results if result.method == results[0].method and result.is_wrong(limits)]
     wrong.sort(key=lambda result: -result.translation_error_m)
     for result in wrong[:MAX_WRONG]:
@@ -126,8 +128,6 @@ def _print_stages(results: Sequence[PairResult], limits: Limits) -> None:
 
 
 def _as_one_group(results: Sequence[PairResult]) -> list[PairResult]:
-    from dataclasses import replace
-
     return [replace(result, group="all") for result in results]
 
 
@@ -136,15 +136,14 @@ def _write(
 ) -> None:
     from vigg_ros.evaluation.curves import draw_curves
 
-    suffix = "" if name == "pairs" else f"_{name}"
-    write_csv(results, folder / f"pairs{suffix}.csv")
+    write_csv(results, folder / f"{name}.csv")
     content: dict[str, Any] = {
         "command": shlex.join(["vigg", *sys.argv[1:]]),
         **describe_machine(),
         "limits": asdict(limits),
         "summaries": [summary.as_dict() for summary in summaries],
     }
-    path = folder / f"summary{suffix}.json"
+    path = folder / f"{name}.json"
     path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     drawn = list(dict.fromkeys(result.method for result in results))[:MAX_CURVES]
-    draw_curves([result for result in results if result.method in drawn], limits, folder / f"errors{suffix}.png")
+    draw_curves([result for result in results if result.method in drawn], limits, folder / f"{name}.png")

@@ -15,6 +15,7 @@ from vigg_ros.commands.comparison import (
     compare,
     method_names,
     output_folder,
+    print_details,
     print_machine,
     report,
 )
@@ -65,6 +66,7 @@ def run(arguments: Namespace) -> ExitCode:
     limits = OUTDOOR if outdoor else INDOOR
     results = compare([(plan, limits)], arguments)[0]
     report(results, limits, "pairs", output_folder(arguments))
+    print_details(results, limits)
     print_machine(arguments.jobs)
     return ExitCode.OK
 
