@@ -164,15 +164,17 @@ def kiss_matcher(task: Task) -> Answer:
     """KISS-Matcher with its defaults on the grid of the global methods."""
     import kiss_matcher as kiss
 
-    target, source, prepared_ms = _prepared(
-        task, ("list", task.config.geometric), lambda frame: list(points_in_range(frame, task.config).astype(np.float32))
-    )
+    target, source, prepared_ms = _prepared(task, ("list", task.config.geometric), partial(_list_points, task))
     matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(grid_m(task)))
     solution, solve_ms = timed(lambda: matcher.estimate(source, target))
     T_target_source = np.eye(4)
     T_target_source[:3, :3] = np.asarray(solution.rotation)
     T_target_source[:3, 3] = np.asarray(solution.translation).ravel()
     return _answer(T_target_source, {"points": prepared_ms, "all else": solve_ms}, found=bool(solution.valid))
+
+
+def _list_points(task: Task, frame: Frame) -> list[NDArray[np.float32]]:
+    return list(points_in_range(frame, task.config).astype(np.float32))
 
 
 def fpfh_mac(task: Task) -> Answer:

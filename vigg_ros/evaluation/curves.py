@@ -23,7 +23,7 @@ STYLES = ("-", "--", ":")
 
 _SETTINGS = {
     "font.size": 9, "axes.grid": True, "grid.linewidth": 0.5, "grid.color": "#d0d0d0", "axes.spines.top": False,
-    "axes.spines.right": False, "lines.linewidth": 1.4, "legend.frameon": False,
+    "axes.spines.right": False, "legend.frameon": False,
 }  # fmt: skip
 
 
@@ -55,13 +55,16 @@ def cumulative(errors: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[
 
 def _draw_row(row: Sequence[Axes], results: Sequence[PairResult], methods: Sequence[str], limits: Limits) -> None:
     names = ("rotation_error_deg", "translation_error_m")
-    for axis, name, limit in zip(row, names, (limits.recall_deg, limits.recall_m), strict=True):
+    scales = ((limits.recall_deg, limits.accuracy_deg), (limits.recall_m, limits.accuracy_m))
+    for axis, name, (limit, marks) in zip(row, names, scales, strict=True):
         # The square gives small errors, where methods differ, more room.
         at = limit * np.linspace(0, 1, 400) ** 2
         for i, method in enumerate(methods):
             errors = np.array([getattr(result, name) for result in results if result.method == method])
             style = STYLES[i // len(COLOURS) % len(STYLES)]
-            axis.plot(at, cumulative(errors, at), style, color=COLOURS[i % len(COLOURS)], label=method)
+            look = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1.4 if i else 2.2, "zorder": 100 - i}
+            axis.plot(at, cumulative(errors, at), style, label=method, **look)
         axis.set_xscale("function", functions=(np.sqrt, np.square))
+        axis.set_xticks((0.0, *marks, limit), [f"{mark:g}" for mark in (0.0, *marks, limit)])
         axis.set_xlim(0, limit)
         axis.set_ylim(0, 1.02)

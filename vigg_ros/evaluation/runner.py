@@ -74,7 +74,7 @@ def run_plan(plan: Plan, file: ResultFile, *, jobs: int, step: Step) -> list[Pai
     repeatable. Raises ViggError when a process died.
     """
     keys = plan.keys()
-    for names, key in keys.items():
+    for key in keys.values():
         if file.get(key) is not None:
             step()
     batches = list(_batches(plan, lambda names: file.get(keys[names]) is None))
