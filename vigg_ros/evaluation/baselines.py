@@ -23,17 +23,11 @@ from vigg_ros.registration.local_match import refit
 from vigg_ros.registration.matches import no_matches
 from vigg_ros.registration.stages import record_stages
 
-COARSE_VOXELS = 2.0
-"""Grid of the global methods on depth images, in voxels: 5 cm, as Open3D's tutorial has it. Scans keep the voxel."""
+FEATURE_VOXELS = 2.0
+"""Grid of Open3D's global methods, in voxels: 5 cm for depth images, as its tutorial has it, 60 cm for scans."""
 
 NO_ANSWER = "NO_ANSWER"
 """What a library gives no more reason for."""
-
-
-def grid_m(task: Task) -> float:
-    """The grid on which the global methods describe the points."""
-    coarse = isinstance(task.workshop.frame(task.wanted.target).geometry, DepthMap)
-    return task.config.geometric.voxel_size_m * (COARSE_VOXELS if coarse else 1.0)
 
 
 def _prepared(task: Task, key: Any, make: Callable[[Frame], Any]) -> tuple[Any, Any, float]:
@@ -59,7 +53,7 @@ def fpfh_ransac(task: Task) -> Answer:
     """Open3D's tutorial: mutual FPFH matches, RANSAC with edge lengths and distances checked."""
     import open3d as o3d
 
-    voxel_m = grid_m(task)
+    voxel_m = FEATURE_VOXELS * task.config.geometric.voxel_size_m
     (target, of_target), (source, of_source), prepared_ms = _prepared(
         task, ("fpfh", voxel_m), partial(describe, task, voxel_m)
     )
@@ -84,7 +78,7 @@ def fpfh_fgr(task: Task) -> Answer:
     """Open3D's fast global registration on the same features."""
     import open3d as o3d
 
-    voxel_m = grid_m(task)
+    voxel_m = FEATURE_VOXELS * task.config.geometric.voxel_size_m
     (target, of_target), (source, of_source), prepared_ms = _prepared(
         task, ("fpfh", voxel_m), partial(describe, task, voxel_m)
     )
@@ -161,11 +155,14 @@ def _rgbd_image(max_range_m: float, frame: Frame) -> Any:
 
 
 def kiss_matcher(task: Task) -> Answer:
-    """KISS-Matcher with its defaults on the grid of the global methods."""
+    """KISS-Matcher with its defaults, on a grid of 5 cm for depth images and of 30 cm for scans, as its authors have."""
     import kiss_matcher as kiss
 
+    is_depth = isinstance(task.workshop.frame(task.wanted.target).geometry, DepthMap)
+    voxel_m = (2.0 if is_depth else 1.0) * task.config.geometric.voxel_size_m
+
     target, source, prepared_ms = _prepared(task, ("list", task.config.geometric), partial(_list_points, task))
-    matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(grid_m(task)))
+    matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(voxel_m))
     solution, solve_ms = timed(lambda: matcher.estimate(source, target))
     T_target_source = np.eye(4)
     T_target_source[:3, :3] = np.asarray(solution.rotation)

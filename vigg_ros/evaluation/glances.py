@@ -24,8 +24,6 @@ _GLANCE_LIDAR = LidarModel(beams=32, columns=128)
 _SAME_PLACE_M = 1.0
 """Points of two scans nearer than this, about the spacing of beams at 30 m, are of the same surface."""
 
-Rng = np.random.Generator
-
 T_BASE_LIDAR: Pose = flat((0.1, 0.0, 1.9), 2.0)
 """Where the car carries its LiDAR."""
 

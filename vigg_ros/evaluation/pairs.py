@@ -102,7 +102,7 @@ def pairs_apart(frames: Sequence[Posed], apart_m: float) -> Iterator[Wanted]:
             source = frame
 
 
-def pairs_listed(frames: Sequence[Posed], path: Path, gaps: Sequence[int]) -> Iterator[Wanted]:
+def pairs_listed(frames: Sequence[Posed], path: Path, gaps: Sequence[int], every: int = 1) -> Iterator[Wanted]:
     """Pairs of a file with rows ``target source`` and T_target_source row by row, 18 numbers. Raises BagError."""
     try:
         rows = np.loadtxt(path, ndmin=2)
@@ -111,10 +111,13 @@ def pairs_listed(frames: Sequence[Posed], path: Path, gaps: Sequence[int]) -> It
     if rows.shape[1] != 18:
         raise BagError(f"{path} has rows of {rows.shape[1]} numbers, expected target, source and 16 of the transform")
     by_number = {frame.number: frame for frame in frames}
+    first = min(by_number, default=0)
     for gap in gaps:
         for row in rows:
             target, source = by_number.get(int(row[0])), by_number.get(int(row[1]))
-            if target is not None and source is not None and target.number - source.number == gap:
+            if target is None or source is None or (source.number - first) % every:
+                continue
+            if target.number - source.number == gap:
                 yield Wanted(str(gap), target.look, source.look, row[2:].reshape(4, 4))
 
 
