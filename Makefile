@@ -5,7 +5,7 @@
 BIN := .venv/bin
 BAG := bags/room_rgbd
 
-.PHONY: help demo test lint fuzz clean
+.PHONY: help demo test lint fuzz results clean
 .DEFAULT_GOAL := help
 
 help:  ## list these targets
@@ -27,6 +27,10 @@ lint:  ## ruff, and mypy (strict on registration, tracking and messages)
 fuzz:  ## the hostile inputs, and all properties with many more random examples
 	@tools/bootstrap.sh dev
 	@$(BIN)/python -m pytest -rs --hypothesis-profile=fuzz -m "hostile or hypothesis" $(PYTEST_ARGS)
+
+results:  ## measure what docs/results.md shows (40 minutes on two cores; goes on where it was stopped), and write it
+	@tools/bootstrap.sh evaluation
+	@$(BIN)/python tools/results.py $(RESULTS_ARGS)
 
 clean:  ## remove what these targets made, .venv and the demo's reports included
 	rm -rf .venv build install log vigg_replay_demo_* *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

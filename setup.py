@@ -10,8 +10,8 @@ from setuptools import find_packages, setup
 HERE = Path(__file__).parent
 NAME = "vigg_ros"
 TEST = ["pytest>=7.4", "hypothesis>=6.98"]
-OPEN3D = ["open3d>=0.18"]  # the reference that our FPFH is tested against
-EVALUATION = [*OPEN3D, "small_gicp>=1.0", "evo", "kiss-matcher"]
+OPEN3D = ["open3d>=0.18"]  # also the reference that our FPFH is tested against
+EVALUATION = [*OPEN3D, "small_gicp>=1.0", "evo>=1.28", "kiss-matcher>=1.0; platform_machine == 'x86_64'"]
 
 
 def shared_files():
@@ -54,7 +54,7 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "evaluation": EVALUATION,
         "test": TEST,
-        "dev": [*TEST, *OPEN3D, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
+        "dev": [*TEST, *EVALUATION, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
     },
     entry_points={"console_scripts": ["vigg = vigg_ros.cli:main", "registrar = vigg_ros.node:main"]},
 )

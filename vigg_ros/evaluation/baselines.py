@@ -155,7 +155,7 @@ def _rgbd_image(max_range_m: float, frame: Frame) -> Any:
 
 
 def kiss_matcher(task: Task) -> Answer:
-    """KISS-Matcher with its defaults, on a grid of 5 cm for depth images and of 30 cm for scans, as its authors have."""
+    """KISS-Matcher with its defaults, on grids of 5 cm for depth images and 30 cm for scans, as its authors have."""
     import kiss_matcher as kiss
 
     is_depth = isinstance(task.workshop.frame(task.wanted.target).geometry, DepthMap)

@@ -157,7 +157,10 @@ def run_batch(batch: Batch) -> list[tuple[PairResult, tuple[str, str]]]:
         run_pair(wanted, methods, plan, Workshop(within_view=plan.within_view))
     workshop = _workshops.setdefault(plan.within_view, Workshop(within_view=plan.within_view))
     done = []
+    starter = multiprocessing.parent_process()
     for wanted, methods in batch.pairs:
+        if starter is not None and not starter.is_alive():
+            break  # nobody waits for the rest
         results = run_pair(wanted, methods, plan, workshop)
         done += [(result, (result.method, wanted.name)) for result in results]
     return done
