@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import csv
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -171,5 +170,4 @@ def _is_right(row: Mapping[str, str], *, outdoor: bool) -> bool:
 
 
 def _alt(text: str) -> str:
-    name = re.sub(r"[\[\]]", "", text.partition(". ")[0].partition(",")[0])
-    return f"{name}: visual matches, and the surfaces from above and from the front"
+    return f"{text.partition(' (')[0]}: visual matches, and the surfaces from above and from the front"

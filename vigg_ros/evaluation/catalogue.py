@@ -13,8 +13,11 @@ from vigg_ros.evaluation.methods import Method, unknown_method
 INDOOR_ONLY = ("zone-0.05", "zone-0.1", "zone-0.2")
 OUTDOOR_ONLY = ("zone-0.3", "zone-0.6", "zone-1.2", "within-view")
 DEPTH_IMAGES_ONLY = ("rgbd-odometry",)
-SAME_AS_FULL = {"iterations-3", "gamma2-10"}
-"""Variations that name the default value; they can be asked for, and are left out of the sets."""
+REPEATED = {"iterations-3", "gamma2-10", "iterations-0"}
+"""Variations that are the full method or no-vgm by another name; they can be asked for, and are left out of the sets."""
+
+OF_PAPER_ONLY = ("iterations-", "gamma2-", "zone-", "sample-")
+"""Sweeps of the paper's parameters, left out of the set of our own ablations."""
 
 
 def all_names() -> list[str]:
@@ -43,11 +46,14 @@ def _members(name: str, *, outdoor: bool) -> Iterator[str]:
         yield from (n for n in BASELINES if n != "floor" and not (outdoor and n in DEPTH_IMAGES_ONLY))
         return
     base = SETS[name][0]
-    # What equals the full method depends on the sensor's preset: the sampled points.
-    same = {*SAME_AS_FULL, "sample-10000" if outdoor else "sample-5000"}
-    left_out = {*same, *(INDOOR_ONLY if outdoor else OUTDOOR_ONLY)}
+    # Which number of sampled points is the full method's depends on the sensor's preset.
+    repeated = {*REPEATED, "sample-10000" if outdoor else "sample-5000"}
+    left_out = {*repeated, *(INDOOR_ONLY if outdoor else OUTDOOR_ONLY)}
+    sweeps = () if base == "paper" else OF_PAPER_ONLY
     yield base
-    yield from (f"{base}:{variation}" for variation in VARIATIONS if variation not in left_out)
+    for variation in VARIATIONS:
+        if variation not in left_out and not any(map(variation.startswith, sweeps)):
+            yield f"{base}:{variation}"
 
 
 SETS = {
