@@ -14,6 +14,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import failures
 import results_page
 
 ROOT = Path(__file__).parents[1]
@@ -71,30 +72,32 @@ def main() -> int:
     page = PAGE.read_text(encoding="utf-8")
     # A try is not what the commands on the page say, so it does not get there.
     written = WORK / "try" / PAGE.name if arguments.every else PAGE
-    images = written.parent / "images"
-    images.mkdir(parents=True, exist_ok=True)
+    (written.parent / "images").mkdir(parents=True, exist_ok=True)
     for run in RUNS:
-        if arguments.only and run.name not in arguments.only:
-            continue
-        data = Path(arguments.data)
-        if run.data and not (data / run.data).is_dir():
-            print(f"{run.name}: skipped, {run.data} is not in {data}", file=sys.stderr)
-            page = results_page.with_block(page, run.name, results_page.absent(run.data, run.command))
-            continue
-        folder = WORK / run.name.replace(" ", "_")
-        print(f"{run.name}: {run.command}", file=sys.stderr)
-        measure(run, data, folder, jobs=arguments.jobs, every=arguments.every)
-        page = results_page.with_block(page, run.name, results_page.block(run.command, folder))
-        if run.pictures:
-            import failures
-
-            pictures = failures.draw(run.arguments, data, folder, images, run.pictures)
-            page = results_page.with_block(page, f"{run.name} failures", failures.block(pictures))
-        written.write_text(page, encoding="utf-8")  # after each run: a stopped one loses nothing
+        if not arguments.only or run.name in arguments.only:
+            for name, content in blocks(run, arguments, written.parent / "images").items():
+                page = results_page.with_block(page, name, content)
+            written.write_text(page, encoding="utf-8")  # after each run: a stopped one loses nothing
     page = results_page.with_block(page, "machine", results_page.machine(WORK, ROOT))
     written.write_text(page, encoding="utf-8")
     print(f"written: {written}", file=sys.stderr)
     return 0
+
+
+def blocks(run: Run, arguments: argparse.Namespace, images: Path) -> dict[str, str]:
+    """What stands between the markers of a run, by their names; measured if it is not yet."""
+    data, folder = Path(arguments.data), WORK / run.name.replace(" ", "_")
+    names = [run.name, f"{run.name} failures"] if run.pictures else [run.name]
+    if run.data and not (data / run.data).is_dir():
+        print(f"{run.name}: skipped, {run.data} is not in {data}", file=sys.stderr)
+        return dict.fromkeys(names, results_page.absent(run.data, run.command))
+    print(f"{run.name}: {run.command}", file=sys.stderr)
+    measure(run, data, folder, jobs=arguments.jobs, every=arguments.every)
+    found = {run.name: results_page.block(run.command, folder)}
+    if run.pictures:
+        pictures = failures.draw(run.arguments, data, folder, images, run.pictures)
+        found[names[1]] = failures.block(pictures)
+    return found
 
 
 def measure(run: Run, data: Path, folder: Path, *, jobs: int, every: int | None) -> None:

@@ -14,7 +14,7 @@ INDOOR_ONLY = ("zone-0.05", "zone-0.1", "zone-0.2")
 OUTDOOR_ONLY = ("zone-0.3", "zone-0.6", "zone-1.2", "within-view")
 DEPTH_IMAGES_ONLY = ("rgbd-odometry",)
 REPEATED = {"iterations-3", "gamma2-10", "iterations-0"}
-"""Variations that are the full method or no-vgm by another name; they can be asked for, and are left out of the sets."""
+"""Variations that are the full method or no-vgm by another name: they can be asked for, and are left out of sets."""
 
 OF_PAPER_ONLY = ("iterations-", "gamma2-", "zone-", "sample-")
 """Sweeps of the paper's parameters, left out of the set of our own ablations."""
