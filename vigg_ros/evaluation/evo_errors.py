@@ -14,7 +14,8 @@ from vigg_ros.evaluation.metrics import SECOND_NS, Spread
 from vigg_ros.evaluation.trajectory import Trajectory
 from vigg_ros.registration.errors import ConfigError, DataError
 
-ALIGNMENT = "SE(3) alignment of the positions (Umeyama, without scale)"
+BY_POSITIONS = "SE(3) alignment of the positions (Umeyama, without scale)"
+BY_FIRST_POSE = "alignment of the first poses (the positions lie on a line, which leaves a rotation free)"
 
 STEADY_GAPS = 3.0
 """A pause longer than this many median steps of the estimate counts as not covered."""
@@ -54,33 +55,26 @@ def require_evo() -> None:
 def compare(estimate: Trajectory, reference: Trajectory, *, slop_s: float, delta_frames: int) -> TrajectoryErrors:
     """ATE after alignment, and RPE over so many frames, of poses whose stamps lie within the slop.
 
-    Raises DataError when fewer than three poses can be compared: they cannot be aligned.
+    Raises DataError when too few poses can be compared: three are needed to align, one more than RPE spans.
     """
-    from evo.core import metrics, sync
-
     require_evo()
-    start_ns = int(min(estimate.stamps_ns[0], reference.stamps_ns[0])) if len(estimate) and len(reference) else 0
-    theirs = [_as_evo(trajectory, start_ns) for trajectory in (reference, estimate)]
-    try:
-        reference_part, estimate_part = sync.associate_trajectories(*theirs, max_diff=slop_s)
-    except sync.SyncException as error:
-        raise _too_few(0, slop_s) from error
-    if estimate_part.num_poses < 3:
-        raise _too_few(estimate_part.num_poses, slop_s)
+    from evo.core import metrics
+
+    reference_part, estimate_part = _associated(estimate, reference, slop_s, at_least=max(3, delta_frames + 1))
     rpe_pair = (reference_part, estimate_part)
     unit = metrics.Unit.frames
     rpe_m = metrics.RPE(metrics.PoseRelation.translation_part, delta=delta_frames, delta_unit=unit, all_pairs=True)
     rpe_deg = metrics.RPE(metrics.PoseRelation.rotation_angle_deg, delta=delta_frames, delta_unit=unit, all_pairs=True)
     rpe_m.process_data(rpe_pair)
     rpe_deg.process_data(rpe_pair)
-    estimate_part.align(reference_part, correct_scale=False)
+    alignment = _align(estimate_part, reference_part)
     ate = metrics.APE(metrics.PoseRelation.translation_part)
     ate.process_data((reference_part, estimate_part))
     return TrajectoryErrors(
         poses=len(estimate),
         compared=estimate_part.num_poses,
         covered=covered_share(estimate, reference),
-        alignment=ALIGNMENT,
+        alignment=alignment,
         ate_m=Spread.of(np.asarray(ate.error)),
         rpe_m=Spread.of(np.asarray(rpe_m.error)),
         rpe_deg=Spread.of(np.asarray(rpe_deg.error)),
@@ -107,10 +101,39 @@ def _as_evo(trajectory: Trajectory, start_ns: int) -> Any:
     return PoseTrajectory3D(poses_se3=list(trajectory.T_world_sensor.copy()), timestamps=stamps_s)
 
 
-def _too_few(found: int, slop_s: float) -> DataError:
+def _associated(estimate: Trajectory, reference: Trajectory, slop_s: float, *, at_least: int) -> tuple[Any, Any]:
+    """Reference and estimate as evo's, with a pose for each pose of the other. Raises DataError."""
+    from evo.core import sync
+
+    if not len(estimate) or not len(reference):
+        raise _too_few(0, slop_s, at_least)
+    start_ns = int(min(estimate.stamps_ns[0], reference.stamps_ns[0]))
+    theirs = [_as_evo(trajectory, start_ns) for trajectory in (reference, estimate)]
+    try:
+        parts = sync.associate_trajectories(*theirs, max_diff=slop_s)
+    except sync.SyncException as error:
+        raise _too_few(0, slop_s, at_least) from error
+    if parts[0].num_poses < at_least:
+        raise _too_few(parts[0].num_poses, slop_s, at_least)
+    return parts[0], parts[1]
+
+
+def _align(estimate: Any, reference: Any) -> str:
+    """Move the estimate onto the reference; in words, how."""
+    from evo.core.geometry import GeometryException
+
+    try:
+        estimate.align(reference, correct_scale=False)
+    except GeometryException:
+        estimate.align_origin(reference)
+        return BY_FIRST_POSE
+    return BY_POSITIONS
+
+
+def _too_few(found: int, slop_s: float, at_least: int) -> DataError:
     return DataError(
         "TRAJECTORY_OVERLAP",
         found=f"{found} poses whose stamps are within {slop_s:g} s of the reference's",
-        expected="at least 3",
-        remedy="give trajectories of the same recording, or a larger --slop",
+        expected=f"at least {at_least}",
+        remedy="give trajectories of the same recording, a larger --slop or a smaller --delta",
     )

@@ -114,7 +114,8 @@ def _read(path: Path) -> dict[str, PairResult]:
     for line in lines:
         try:
             row = json.loads(line)
-            found[row.pop("key")] = _result(row)
+            key = row.pop("key")
+            found[key] = _result(row)
         except (ValueError, KeyError, TypeError, AttributeError):
             continue
     return found
