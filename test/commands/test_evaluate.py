@@ -42,9 +42,10 @@ def test_pairs_of_a_folder(scene_folder: Path, tmp_path: Path, capsys: pytest.Ca
     assert evaluate_pairs(scene_folder, output, "--gaps", "1", "2", "--methods", "default", "paper") == ExitCode.OK
     printed = capsys.readouterr().out
     rows = rows_of(output)
+    pairs = [("1", "0", "1"), ("1", "1", "2"), ("2", "0", "2")]
     assert [(row["method"], row["group"], row["source"], row["target"]) for row in rows] == [
-        (method, *pair) for method in ("default", "paper") for pair in (("1", "0", "1"), ("1", "1", "2"), ("2", "0", "2"))
-    ]  # fmt: skip
+        (method, *pair) for method in ("default", "paper") for pair in pairs
+    ]
     assert all(float(row["translation_error_m"]) < 0.02 and not row["reason"] for row in rows)
     assert [line.split()[:3] for line in printed.splitlines()[3:7]] == [
         ["default", "1", "2"], ["paper", "1", "2"], ["default", "2", "1"], ["paper", "2", "1"],
