@@ -59,6 +59,16 @@ def test_a_table_has_a_column_for_each_group_and_sums_the_rest(tmp_path: Path) -
     ]
 
 
+def test_the_curves_of_a_run_get_to_the_page(tmp_path: Path) -> None:
+    run, images = tmp_path / "kitchen", tmp_path / "images"
+    for folder in (run, images):
+        folder.mkdir()
+    for name in ("rooms.png", "rooms_by_overlap.png"):
+        (run / name).write_bytes(b"a picture")
+    assert "(images/curves_kitchen_rooms.png)" in results_page.curves(run, images)
+    assert [path.name for path in images.iterdir()] == ["curves_kitchen_rooms.png"]
+
+
 def test_data_that_is_absent_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(results, "WORK", tmp_path)
     arguments = results.argparse.Namespace(data=str(tmp_path), jobs=1, every=None)

@@ -95,6 +95,7 @@ def blocks(run: Run, arguments: argparse.Namespace, images: Path) -> dict[str, s
     measure(run, data, folder, jobs=arguments.jobs, every=arguments.every)
     found = {run.name: results_page.block(run.command, folder)}
     if run.pictures:
+        found[run.name] += results_page.curves(folder, images)
         pictures = failures.draw(run.arguments, data, folder, images, run.pictures)
         found[names[1]] = failures.block(pictures)
     return found

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import metadata
@@ -35,6 +36,17 @@ def block(command: str, folder: Path) -> str:
     for path in sorted(folder.glob("*.json")):
         parts.append(table(json.loads(path.read_text(encoding="utf-8"))["summaries"], title_of(path.stem)))
     return "\n\n".join(parts)
+
+
+def curves(folder: Path, images: Path) -> str:
+    """The pictures of cumulative errors that a run left, copied among those of the page."""
+    lines = ""
+    for path in sorted(folder.glob("*.png")):
+        if not path.stem.endswith("_by_overlap"):
+            name = f"curves_{folder.name}_{path.stem}.png"
+            shutil.copyfile(path, images / name)
+            lines += f"\n\n![Share of pairs below each rotation and translation error, by method](images/{name})"
+    return lines
 
 
 def title_of(stem: str) -> str:
