@@ -10,13 +10,13 @@ import math
 import os
 
 import pytest
-from pair_samples import CONFIG, BrokenLook, NamedLook, room_pair
+from pair_samples import CONFIG, BrokenLook, NamedLook, result, room_pair
 from trajectory_samples import pose
 
 from vigg_ros.evaluation.looks import Workshop
 from vigg_ros.evaluation.pairs import Wanted
 from vigg_ros.evaluation.results import ResultFile
-from vigg_ros.evaluation.runner import Plan, one_thread_each, run_pair, run_plan
+from vigg_ros.evaluation.runner import Plan, count_open, one_thread_each, run_pair, run_plan
 
 ON_ONE_CORE = {"kiss-matcher": "kiss_matcher", "rgbd-odometry": "open3d"}
 """Methods that repeat themselves there only, and their libraries."""
@@ -50,7 +50,16 @@ def test_two_runs_give_the_same_figures_and_a_third_runs_nothing(tmp_path):
         for pair in PLAN.pairs
     ]
     third, steps = run(dataclasses.replace(PLAN, pairs=unloadable), tmp_path / "first.jsonl")
-    assert (third, steps) == (first, 4)
+    assert (third, steps) == (first, 0)
+
+
+def test_a_run_is_taken_up_where_it_was_stopped(tmp_path):
+    with ResultFile(tmp_path / "pairs.jsonl") as file:
+        kept = result(0.5, 0.01, method="default")
+        file.add(PLAN.keys()["default", PLAN.pairs[0].name], kept)
+        assert count_open(PLAN, file) == 3
+    results, steps = run(PLAN, tmp_path / "pairs.jsonl")
+    assert (len(results), steps, results[0]) == (4, 3, kept)
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system cannot keep a process to one core")
@@ -78,8 +87,8 @@ def test_results_are_those_of_their_subject_truth_conditions_and_options():
 
 def test_a_frame_that_cannot_be_read_costs_its_pair():
     broken = Wanted("g", room_pair().target, BrokenLook(), pose())
-    (result,) = run_pair(broken, ["default"], PLAN, Workshop())
-    assert (result.reason, result.rotation_error_deg, result.total_ms) == ("UNREADABLE", math.inf, 0)
+    (found,) = run_pair(broken, ["default"], PLAN, Workshop())
+    assert (found.reason, found.rotation_error_deg, found.total_ms) == ("UNREADABLE", math.inf, 0)
 
 
 def test_features_are_made_once_for_all_methods_and_charged_to_each():

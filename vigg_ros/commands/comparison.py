@@ -19,7 +19,7 @@ from vigg_ros.commands.console import Progress, UsageError, describe_machine, po
 from vigg_ros.evaluation.catalogue import SETS, expand
 from vigg_ros.evaluation.methods import require
 from vigg_ros.evaluation.results import FILE, Limits, PairResult, ResultFile, write_csv
-from vigg_ros.evaluation.runner import Plan, run_plan
+from vigg_ros.evaluation.runner import Plan, count_open, run_plan
 from vigg_ros.evaluation.summary import Summary, figure, reasons, summarise_all
 
 MAX_WRONG = 20
@@ -59,10 +59,9 @@ def method_names(arguments: Namespace, *, outdoor: bool) -> list[str]:
 
 def compare(plans: Sequence[tuple[Plan, Limits]], arguments: Namespace) -> list[list[PairResult]]:
     """Run the plans, with progress and time left; in the output folder what is there already is not run again."""
-    total = sum(len(plan.pairs) * len(plan.methods) for plan, _ in plans)
-    with TemporaryDirectory() as scratch:
-        folder = output_folder(arguments) or Path(scratch)
-        with ResultFile(folder / FILE) as file, Progress("results", total) as progress:
+    with TemporaryDirectory() as scratch, ResultFile((output_folder(arguments) or Path(scratch)) / FILE) as file:
+        open_results = sum(count_open(plan, file) for plan, _ in plans)
+        with Progress("results", open_results) as progress:
             return [run_plan(plan, file, jobs=arguments.jobs, step=progress.step) for plan, _ in plans]
 
 

@@ -10,6 +10,7 @@ import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -84,8 +85,6 @@ def _is_installed(library: str) -> bool:
 
 
 def _version(library: str) -> str:
-    from importlib import metadata
-
     if not library:
         return ""
     try:

@@ -64,7 +64,12 @@ class Batch:
 
 
 Step = Callable[[], None]
-"""Called after each result."""
+"""Called after each new result."""
+
+
+def count_open(plan: Plan, file: ResultFile) -> int:
+    """How many results of the plan are not in the file yet."""
+    return sum(file.get(key) is None for key in plan.keys().values())
 
 
 def run_plan(plan: Plan, file: ResultFile, *, jobs: int, step: Step) -> list[PairResult]:
@@ -74,9 +79,6 @@ def run_plan(plan: Plan, file: ResultFile, *, jobs: int, step: Step) -> list[Pai
     repeatable. Raises ViggError when a process died.
     """
     keys = plan.keys()
-    for key in keys.values():
-        if file.get(key) is not None:
-            step()
     batches = list(_batches(plan, lambda names: file.get(keys[names]) is None))
     if batches:
         for result, names in _answered(batches, jobs):
