@@ -6,9 +6,12 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
+
+from vigg_ros.evaluation.results import INDOOR
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -89,6 +92,12 @@ def test_commands_name_the_data_and_not_where_it_lies() -> None:
     assert "/data/kitti_04/refined_pairs.txt" in located
 
 
+def write_results(folder: Path, name: str, rows: list[tuple[str, ...]]) -> None:
+    """A table as an evaluation leaves it, with the limits it was judged by."""
+    (folder / f"{name}.csv").write_text("\n".join(map(",".join, rows)))
+    (folder / f"{name}.json").write_text(json.dumps({"limits": asdict(INDOOR)}))
+
+
 def test_the_worst_failures_are_wrong_answers_then_refusals_one_of_a_kind(tmp_path: Path) -> None:
     rows = [
         ("default", "20", "1", "0", "", "1", "0.01"),
@@ -99,18 +108,25 @@ def test_the_worst_failures_are_wrong_answers_then_refusals_one_of_a_kind(tmp_pa
         ("paper", "60", "6", "1", "", "90", "9"),
     ]
     names = ("method", "group", "target", "source", "reason", "rotation_error_deg", "translation_error_m")
-    (tmp_path / "pairs.csv").write_text("\n".join(",".join(row) for row in (names, *rows)))
+    write_results(tmp_path, "pairs", [names, *rows])
     assert [row["target"] for row in failures.worst(tmp_path, 5)] == ["3", "4"]
     assert [row["target"] for row in failures.worst(tmp_path, 1)] == ["3"]
+    assert failures.listing(tmp_path).splitlines() == [
+        "All wrong answers:",
+        "",
+        "- 60, source 1, target 3: 90.0 deg, 150 cm",
+        "- 60, source 1, target 2: 20.0 deg, 50 cm",
+    ]
 
 
 def test_a_failure_is_drawn_with_what_speaks_for_its_cause(tmp_path: Path) -> None:
     work = tmp_path / "rendered"
     work.mkdir()
-    names = "method,group,target,source,reason,rotation_error_deg,translation_error_m"
+    names = ("method", "group", "target", "source", "reason", "rotation_error_deg", "translation_error_m")
     # The fifth pair of the benchmark: a white room.
-    row = "default,weak texture,weak texture 0.8,weak texture 0.9,NO_TEXTURE,inf,inf"
-    (work / "rooms.csv").write_text(f"{names}\n{row}\n")
+    row = ("default", "weak texture", "weak texture 0.8", "weak texture 0.9", "NO_TEXTURE", "inf", "inf")
+    write_results(work, "rooms", [names, row])
+    assert failures.listing(work) == "No answer is wrong."
     (tmp_path / "failure_rendered_9.jpg").write_bytes(b"of an older run")
     (found,) = failures.draw(["rendered", "--seed", "0"], tmp_path, work, tmp_path, 3)
     assert [path.name for path in tmp_path.glob("*.jpg")] == ["failure_rendered_1.jpg"]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +18,7 @@ from vigg_ros.bags.convert import open_dataset
 from vigg_ros.evaluation.pairs import Wanted, pairs_at, pairs_listed, posed_frames
 from vigg_ros.evaluation.rendered import OUTDOOR as STREET
 from vigg_ros.evaluation.rendered import rendered_pair
-from vigg_ros.evaluation.results import INDOOR as INDOOR_LIMITS
-from vigg_ros.evaluation.results import OUTDOOR as OUTDOOR_LIMITS
+from vigg_ros.evaluation.results import Limits
 from vigg_ros.registration import Config, Features, Frame, Registration, extract, register
 from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.matches import Matches, no_matches
@@ -28,6 +28,10 @@ from vigg_ros.registration.visual import match_visual
 from vigg_ros.replay.pictures import BODY, OPTICAL, Picture, beside, draw_aligned, draw_matches, write
 
 METHOD = "default"
+
+Row = Mapping[str, str]
+"""A result in a .csv file, by column."""
+
 PANEL_PX = 340
 JPEG_QUALITY = 80
 _INK = (70, 70, 70)
@@ -64,21 +68,10 @@ def block(failures: Sequence[Failure]) -> str:
     return "\n\n".join(f"{one.text}\n\n![{_alt(one.text)}]({one.picture})" for one in failures)
 
 
-def worst(folder: Path, count: int) -> list[Mapping[str, str]]:
+def worst(folder: Path, count: int) -> list[Row]:
     """Rows of failures: wrong answers, the greatest errors first, then pairs without an answer, spread over groups."""
-    wrong, refused = [], []
-    for path in sorted(folder.glob("*.csv")):
-        if path.stem.endswith("_by_overlap"):
-            continue
-        outdoor = path.stem == "streets" or "kitti" in folder.name
-        for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
-            if row["method"] == METHOD and row["reason"]:
-                refused.append(row)
-            elif row["method"] == METHOD and not _is_right(row, outdoor=outdoor):
-                wrong.append(row)
-    wrong.sort(key=lambda row: -float(row["translation_error_m"]))
     chosen, seen = [], set()
-    for row in (*wrong, *refused):
+    for row in (*wrong_answers(folder), *(row for row, _ in _rows(folder) if row["reason"])):
         # One of each group and reason says more than three of the same.
         if (row["group"], row["reason"]) not in seen:
             seen.add((row["group"], row["reason"]))
@@ -86,7 +79,34 @@ def worst(folder: Path, count: int) -> list[Mapping[str, str]]:
     return chosen[:count]
 
 
-def find_pair(arguments: Sequence[str], data: Path, row: Mapping[str, str]) -> Wanted:
+def wrong_answers(folder: Path) -> list[Row]:
+    """Rows of answers beyond the limits of recall, the greatest errors first."""
+    wrong = [row for row, limits in _rows(folder) if not row["reason"] and not _is_right(row, limits)]
+    return sorted(wrong, key=lambda row: -float(row["translation_error_m"]))
+
+
+def listing(folder: Path) -> str:
+    """For the page: all wrong answers of a run, a line each."""
+    lines = [
+        f"- {row['group']}, source {row['source']}, target {row['target']}: "
+        f"{float(row['rotation_error_deg']):.1f} deg, {100 * float(row['translation_error_m']):.0f} cm"
+        for row in wrong_answers(folder)
+    ]
+    return "\n".join(["All wrong answers:", "", *lines]) if lines else "No answer is wrong."
+
+
+def _rows(folder: Path) -> list[tuple[Row, Limits]]:
+    """Results of the method, with the limits that they are judged by."""
+    found = []
+    for path in sorted(folder.glob("*.csv")):
+        if not path.stem.endswith("_by_overlap"):
+            limits = Limits(**json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))["limits"])
+            rows = csv.DictReader(path.read_text(encoding="utf-8").splitlines())
+            found += [(row, limits) for row in rows if row["method"] == METHOD]
+    return found
+
+
+def find_pair(arguments: Sequence[str], data: Path, row: Row) -> Wanted:
     """The pair of a row of the table."""
     if arguments[0] == "rendered":
         seed = int(arguments[arguments.index("--seed") + 1])
@@ -163,8 +183,7 @@ def _config(arguments: Sequence[str], wanted: Wanted) -> Config:
     return Config.preset("lidar" if is_scan else "rgbd")
 
 
-def _is_right(row: Mapping[str, str], *, outdoor: bool) -> bool:
-    limits = OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS
+def _is_right(row: Row, limits: Limits) -> bool:
     rotation, translation = float(row["rotation_error_deg"]), float(row["translation_error_m"])
     return rotation < limits.recall_deg and translation < limits.recall_m
 

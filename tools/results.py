@@ -97,7 +97,7 @@ def blocks(run: Run, arguments: argparse.Namespace, images: Path) -> dict[str, s
     if run.pictures:
         found[run.name] += results_page.curves(folder, images)
         pictures = failures.draw(run.arguments, data, folder, images, run.pictures)
-        found[names[1]] = failures.block(pictures)
+        found[names[1]] = f"{failures.listing(folder)}\n\n{failures.block(pictures)}"
     return found
 
 
