@@ -15,7 +15,7 @@ COMMANDS = {
     "replay": "register all frames of a recorded bag and report the trajectory",
     "register": "register two pairs of a colour and a depth image",
     "convert": "turn a data set folder into a bag",
-    "evaluate": "measure the accuracy on pairs of a data set with known poses",
+    "evaluate": "measure accuracy on pairs of frames and on trajectories whose truth is known",
     "doctor": "say what a bag holds and what is missing for a replay",
     "benchmark": "measure the time of each stage and of message conversion",
     "config": "print a configuration, with every option explained",
