@@ -6,7 +6,7 @@ BIN := .venv/bin
 BAG := bags/room_rgbd
 RATE := 1
 
-.PHONY: help demo live test lint fuzz trials clean
+.PHONY: help demo live test lint fuzz trials results clean
 .DEFAULT_GOAL := help
 
 help:  ## list these targets
@@ -36,6 +36,10 @@ fuzz:  ## the hostile inputs, and all properties with many more random examples
 trials:  ## 10,000 registrations whose matches are all wrong: how many are answered
 	@tools/bootstrap.sh dev
 	@VIGG_TRIALS=0:10000 $(BIN)/python -m pytest -s -k matches_that_are_all_wrong test/registration/test_register_refuses.py
+
+results:  ## measure what docs/results.md shows (40 minutes on two cores; goes on where it was stopped), and write it
+	@tools/bootstrap.sh evaluation
+	@$(BIN)/python tools/results.py $(RESULTS_ARGS)
 
 clean:  ## remove what these targets made, .venv and the demo's reports included
 	rm -rf .venv build install log vigg_replay_demo_* *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

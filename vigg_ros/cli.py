@@ -17,7 +17,7 @@ COMMANDS = {
     "convert": "turn a data set folder into a bag",
     "play": "publish a bag's messages over ROS 2",
     "live": "run the node on a bag over ROS 2, and watch it",
-    "evaluate": "measure the accuracy on pairs of a data set with known poses",
+    "evaluate": "measure accuracy on pairs of frames and on trajectories whose truth is known",
     "doctor": "say what a bag holds and what is missing for a replay",
     "benchmark": "measure the time of each stage and of message conversion",
     "config": "print a configuration, with every option explained",

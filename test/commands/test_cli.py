@@ -162,20 +162,3 @@ def test_register_says_why_there_is_no_answer(views, tmp_path: Path, capsys: pyt
     intrinsics = ["--intrinsics", "131", "131", "79.5", "59.5"]
     assert main(["register", *names, *intrinsics, "--output", str(tmp_path / "out")]) == 1
     assert "no answer: NO_TEXTURE" in capsys.readouterr().out
-
-
-def test_evaluate_pairs_of_a_folder(views, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for k, (image, depth_m, pose) in enumerate(views):
-        cv2.imwrite(str(tmp_path / f"frame-{k:06d}.color.png"), image)
-        cv2.imwrite(str(tmp_path / f"frame-{k:06d}.depth.png"), np.rint(1000 * depth_m).astype(np.uint16))
-        np.savetxt(tmp_path / f"frame-{k:06d}.pose.txt", pose)
-    np.savetxt(tmp_path / "camera-intrinsics.txt", CAMERA.matrix)
-    table = tmp_path / "pairs.csv"
-    arguments = ["evaluate", "pairs", "7scenes", str(tmp_path), "--gaps", "1", "2", "--every", "1", "--csv", str(table)]
-    assert main(arguments) == 0
-    rows = list(csv.DictReader(table.read_text().splitlines()))
-    assert [(row["gap"], row["source"], row["target"]) for row in rows] == [
-        ("1", "0", "1"), ("1", "1", "2"), ("1", "2", "3"), ("2", "0", "2"), ("2", "1", "3"),
-    ]  # fmt: skip
-    assert all(float(row["translation_error_m"]) < 0.01 and not row["reason"] for row in rows)
-    assert capsys.readouterr().out.splitlines()[-2].split()[:2] == ["1", "3"]

@@ -4,11 +4,8 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 from doctor_bags import COLOUR, DEPTH, INFO, looking_along_x, sensor_message, write, write_static
 
@@ -46,33 +43,6 @@ def test_a_file_that_is_no_scan_is_refused(content: bytes, scene_folder: Path, t
     extrinsics = ["--extrinsics", "0", "0", "0", "0", "0", "0", "1"]
     assert main(["register", image, scan, image, scan, *INTRINSICS, *extrinsics]) == ExitCode.USAGE
     assert "scan.npy cannot be read as a scan" in capsys.readouterr().err
-
-
-def evaluate(folder: Path, table: Path) -> tuple[int, list[str]]:
-    """Exit code, and the reasons of the pairs 0-1 and 1-2."""
-    arguments = ["--gaps", "1", "--every", "1", "--csv", str(table)]
-    code = main(["evaluate", "pairs", "7scenes", str(folder), *arguments])
-    return code, [row["reason"] for row in csv.DictReader(table.read_text().splitlines())]
-
-
-def test_a_frame_that_cannot_be_read_costs_its_pairs_alone(scene_folder: Path, tmp_path: Path, capsys) -> None:
-    (scene_folder / "frame-000002.depth.png").write_bytes(b"cut")
-    assert evaluate(scene_folder, tmp_path / "pairs.csv") == (ExitCode.OK, ["", "UNREADABLE"])
-    assert "without an answer: UNREADABLE 1" in capsys.readouterr().out
-
-
-def test_a_frame_that_cannot_be_used_costs_its_pairs_alone(scene_folder: Path, tmp_path: Path) -> None:
-    cv2.imwrite(str(scene_folder / "frame-000002.depth.png"), np.full((60, 80), 1000, np.uint16))
-    code, reasons = evaluate(scene_folder, tmp_path / "pairs.csv")
-    assert code == ExitCode.OK
-    assert reasons[0] == ""
-    assert reasons[1].isupper()
-
-
-def test_an_evaluation_of_nothing_but_broken_pairs_has_a_table(scene_folder: Path, tmp_path: Path, capsys) -> None:
-    (scene_folder / "frame-000001.depth.png").write_bytes(b"cut")  # of both pairs
-    assert evaluate(scene_folder, tmp_path / "pairs.csv") == (ExitCode.OK, ["UNREADABLE"] * 2)
-    assert capsys.readouterr().out.splitlines()[-1].split()[-2:] == ["-", "-"]
 
 
 @pytest.mark.parametrize("options", [[], ["--storage", "sqlite3", "--compression", "chunk"]])

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from vigg_ros.registration import Config, ConfigError
-from vigg_ros.registration.config import PRESETS
+from vigg_ros.registration.config import PAPER, PRESETS
 from vigg_ros.registration.options import CliqueConfig, GeometricConfig
 
 OPTIONS = {name: (spec, value) for name, spec, value in Config().options()}
@@ -185,6 +185,13 @@ def test_presets() -> None:
         )
     with pytest.raises(ConfigError, match=r"unknown preset 'rgb'; did you mean rgbd"):
         Config.preset("rgb")
+
+
+@pytest.mark.parametrize("sensor", ["rgbd", "lidar"])
+def test_the_papers_method_keeps_what_belongs_to_the_sensor(sensor: str) -> None:
+    ours, papers = Config.preset(sensor), Config.preset(f"{sensor}_paper")
+    changed = {name for (name, _, a), (_, _, b) in zip(ours.options(), papers.options(), strict=True) if a != b}
+    assert changed == set(PAPER)
 
 
 def test_a_file_starts_from_the_preset_it_names(tmp_path: Path) -> None:

@@ -171,6 +171,14 @@ def test_the_zone_only_shrinks() -> None:
     assert matcher.radii_m == pytest.approx([math.sqrt(10 * variance_m2)] * 3)
 
 
+def test_a_fixed_zone_is_the_same_in_every_round() -> None:
+    source = landmarks(np.random.default_rng(0).uniform(-1, 1, (300, 3)))
+    config, matcher = LocalMatchConfig(fixed_zone_m=0.2), Pulling()
+    guided_fit(matcher, source, noisy_matches(0.002, 20, seed=3), T_TRUE, 0.1, config)  # type: ignore[arg-type]
+    assert matcher.radii_m == pytest.approx([0.2] * 3)
+    assert max_zone_radius_m(0.1, config) == 0.2
+
+
 def test_without_a_prior_the_motion_stays_as_it_came() -> None:
     points = np.random.default_rng(0).uniform(-1, 1, (300, 3))
     source = landmarks(points, seed=1)

@@ -21,6 +21,7 @@ from vigg_ros.worlds import (
     render_lidar,
     render_rgbd,
     single_plane,
+    tiled_room,
 )
 from vigg_ros.worlds.poses import T_BODY_OPTICAL, flat, look_at
 
@@ -71,3 +72,14 @@ def test_all_points_of_a_single_plane_are_on_it(camera: Camera) -> None:
     points = camera.lift(np.column_stack((u, v)).astype(float), depth_m[v, u].astype(float))
     x = (points @ T_world_camera[:3, :3].T + T_world_camera[:3, 3])[:, 0]
     np.testing.assert_allclose(x, 2.0, atol=1e-5)
+
+
+def test_the_tiled_room_shows_one_tile_everywhere_and_shapes_that_differ() -> None:
+    scene = tiled_room(seed=2)
+    floor, ceiling, *walls = [surface.texture.levels[0][:60, :60] for surface in scene.surfaces[:6]]
+    for other in (ceiling, *walls):
+        np.testing.assert_array_equal(other, floor)
+    camera = Camera(width_px=64, height_px=48, fx_px=52.5, fy_px=52.5, cx_px=31.5, cy_px=23.5)
+    here, there = (render_depth(scene, camera, look_at((x, 0.2, 1.4), (x + 3, 0, 1.2))) for x in (-1.0, -0.5))
+    # Four tiles further on: boxes and walls are elsewhere.
+    assert np.mean(np.abs(here - there) > 0.1) > 0.3

@@ -18,14 +18,15 @@ _EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 """YAML 1.1 takes 1e-5, without a point or without a sign, for text."""
 
 
-def add_config_arguments(parser: ArgumentParser, *, default: str | None = "rgbd") -> None:
-    """--config and --set; without a default the command finds the preset itself."""
-    parser.add_argument(
-        "--config",
-        default=default,
-        metavar="NAME_OR_FILE",
-        help=f"a preset ({', '.join(PRESETS)}) or a YAML file (default: {default or 'by what the bag holds'})",
-    )
+def add_config_arguments(parser: ArgumentParser, *, default: str | None = "rgbd", choose: bool = True) -> None:
+    """--config and --set; without a default the command finds the preset itself, without ``choose`` always."""
+    if choose:
+        parser.add_argument(
+            "--config",
+            default=default,
+            metavar="NAME_OR_FILE",
+            help=f"a preset ({', '.join(PRESETS)}) or a YAML file (default: {default or 'by what the bag holds'})",
+        )
     parser.add_argument(
         "--set",
         action="append",

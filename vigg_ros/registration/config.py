@@ -59,7 +59,8 @@ class Config:
             )
 
         # The shortest search radius cuts the range into cells, whose numbers must stay countable.
-        reach_m = math.sqrt(self.local_match.gamma_squared / 3) * self.cliques.inlier_threshold_m
+        widest_m = math.sqrt(self.local_match.gamma_squared / 3) * self.cliques.inlier_threshold_m
+        reach_m = self.local_match.fixed_zone_m or widest_m
         cells = 2 * self.geometric.max_range_m / min(1.5 * self.geometric.voxel_size_m, reach_m)
         if cells >= MAX_CELLS_PER_AXIS - 4:
             raise ConfigError(
@@ -119,6 +120,21 @@ class Config:
         return str(yaml.safe_dump(tree, sort_keys=False))
 
 
+PAPER: dict[str, Any] = {
+    "visual.max_pixels": 100_000_000,
+    "geometric.feature_grid_voxels": 1.0,
+    "geometric.normal_radius_voxels": 2.0,
+    "geometric.feature_radius_voxels": 5.0,
+    "geometric.always": True,
+    "geometric.mutual": False,
+    "cliques.geometric_hypotheses": False,
+    "local_match.geometric_prior": False,
+    "refinement.iterations": 0,
+    "verification.enabled": False,
+    "verification.candidates": 1,
+}
+"""Changes to a preset that give the paper's method as published: no geometric hypotheses, refinement or refusal."""
+
 PRESETS: dict[str, dict[str, Any]] = {
     "rgbd": {},
     "lidar": {
@@ -136,21 +152,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "keyframes.max_rotation_deg": 30.0,
         "pairing.sync_slop_s": 0.05,
     },
-    # The paper's method as published: no geometric hypotheses, refinement or refusal.
-    "rgbd_paper": {
-        "visual.max_pixels": 100_000_000,
-        "geometric.feature_grid_voxels": 1.0,
-        "geometric.normal_radius_voxels": 2.0,
-        "geometric.feature_radius_voxels": 5.0,
-        "geometric.always": True,
-        "geometric.mutual": False,
-        "cliques.geometric_hypotheses": False,
-        "local_match.geometric_prior": False,
-        "refinement.iterations": 0,
-        "verification.enabled": False,
-        "verification.candidates": 1,
-    },
 }
+PRESETS |= {f"{name}_paper": {**PRESETS[name], **PAPER} for name in ("rgbd", "lidar")}
 
 
 def _check(name: str, spec: dataclasses.Field[Any], value: Any) -> None:

@@ -81,10 +81,10 @@ class Features:
         """The patches with FPFH."""
         return self.late_landmarks()
 
-    @property
-    def matcher(self) -> LocalMatcher:
-        """The landmarks, indexed for local matching when the frame is a target."""
-        return self.late_matcher()
+    def matcher(self, max_radius_m: float) -> LocalMatcher:
+        """The landmarks, indexed for local matching in zones up to this radius when the frame is a target."""
+        kept = self.late_matcher()
+        return kept if kept.max_radius_m >= max_radius_m else LocalMatcher(self.landmarks, max_radius_m)
 
     @property
     def aligner(self) -> SurfaceAligner:

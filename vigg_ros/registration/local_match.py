@@ -50,6 +50,8 @@ def search_zone_m2(variance_m2: float, gamma_squared: float) -> float:
 
 def max_zone_radius_m(threshold_m: float, config: LocalMatchConfig) -> float:
     """The largest radius that eq. 10 can give: pseudo-inliers are nearer than the threshold."""
+    if config.fixed_zone_m > 0:
+        return config.fixed_zone_m
     return math.sqrt(search_zone_m2(threshold_m**2 / 3.0, config.gamma_squared))
 
 
@@ -57,6 +59,7 @@ class LocalMatcher:
     """The target's landmarks, indexed once for the largest zone that can occur."""
 
     def __init__(self, target: Landmarks, max_radius_m: float) -> None:
+        self.max_radius_m = max_radius_m
         self._index = CellIndex.build(target.points, max_radius_m)
         self._sorted = target.select(self._index.order)
 
@@ -97,6 +100,8 @@ def guided_fit(
         epsilon_m2 = min(epsilon_m2, search_zone_m2(errors.variance_m2, config.gamma_squared))
         if not math.isfinite(epsilon_m2):
             return T_target_source
+        if config.fixed_zone_m > 0:
+            epsilon_m2 = config.fixed_zone_m**2
         local = matcher.match(source, T_target_source, math.sqrt(epsilon_m2))
         matches = concatenate(local, prior.select(errors.inliers))
         fitted, determined = weighted_svd(matches.target, matches.source, matches.similarity)

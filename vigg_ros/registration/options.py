@@ -93,6 +93,10 @@ class LocalMatchConfig:
 
     gamma_squared: float = option(10.0, "search zone in squared standard deviations (eq. 10)", low=0.1, high=100.0)
     iterations: int = option(3, "rounds of match and fit; 0 for the paper's ablation", low=0, high=20)
+    fixed_zone_m: float = option(
+        0.0, "a search zone of this radius in every round, for the paper's ablation; 0 follows the matches' errors",
+        unit="m", low=0.0, high=20.0,
+    )
     geometric_prior: bool = option(True, "off for the paper's zone, from visual matches alone; it needs a shared view")
 
 

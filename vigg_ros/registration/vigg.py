@@ -15,7 +15,7 @@ from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features, extract
 from vigg_ros.registration.geometric import match_global, sample
-from vigg_ros.registration.local_match import guided_fit
+from vigg_ros.registration.local_match import guided_fit, max_zone_radius_m
 from vigg_ros.registration.matches import concatenate, no_matches
 from vigg_ros.registration.refinement import Fit, refine
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
@@ -108,6 +108,7 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     prior = concatenate(pair.visual, pair.geometric) if config.local_match.geometric_prior else pair.visual
     rows = sample(len(pair.source.landmarks), config.geometric.sample_k, config.seed)
     source = pair.source.landmarks.select(rows)
+    matcher = pair.target.matcher(max_zone_radius_m(threshold_m, config.local_match))
     candidates: list[Candidate] = []
     if not len(few):
         return candidates
@@ -115,7 +116,7 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
         # Lesser hypotheses cannot rival a good answer; they are followed only while there is none.
         if score < RIVAL_MATCHES * few.score[0] and any(is_supported(c, config) for c in candidates):
             break
-        fitted = guided_fit(pair.target.matcher, source, prior, T_target_source, threshold_m, config.local_match)
+        fitted = guided_fit(matcher, source, prior, T_target_source, threshold_m, config.local_match)
         candidates.append(assess(pair, fitted))
     return candidates
 

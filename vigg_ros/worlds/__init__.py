@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rendered worlds: scenes, cameras, LiDARs and motions whose truth is known in closed form."""
 
-from vigg_ros.worlds.hard import HALL_PERIOD_M, bare_room, blank_plane, hall_of_columns, single_plane
+from vigg_ros.worlds.hard import HALL_PERIOD_M, bare_room, blank_plane, hall_of_columns, single_plane, tiled_room
 from vigg_ros.worlds.lidar import LidarModel, LidarScan, render_lidar, scan_lidar
 from vigg_ros.worlds.noise import ImageNoise, KinectNoise
 from vigg_ros.worlds.paths import Drive, HandheldLoop, Leg, stamps_ns
@@ -35,4 +35,5 @@ __all__ = [
     "single_plane",
     "stamps_ns",
     "street",
+    "tiled_room",
 ]

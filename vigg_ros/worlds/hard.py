@@ -61,6 +61,31 @@ def bare_room(seed: int) -> Scene:
     return Scene(tuple(surfaces), _LAMP)
 
 
+def tiled_room(seed: int) -> Scene:
+    """A room of 5 x 4 x 2.6 m with one tile on all sides and one label on all boxes: only shape tells places apart."""
+    rng = np.random.default_rng(seed)
+    tile_seed, label_seed = rng.integers(2**31, size=2)
+
+    def tiled(size_m: tuple[float, float]) -> Texture:
+        return tiles(np.random.default_rng(tile_seed), size_m, tile_m=0.25)
+
+    def labelled(size_m: tuple[float, float]) -> Texture:
+        return label(np.random.default_rng(label_seed), size_m)
+
+    surfaces: list[Surface] = [
+        Rectangle(flat((0, 0, 0)), (5, 4), tiled((5, 4))),
+        Rectangle(upside_down((0, 0, 2.6)), (5, 4), tiled((5, 4))),
+    ]
+    for wall_x, wall_y, facing_deg, width_m in ((2.5, 0, 180, 4), (-2.5, 0, 0, 4), (0, 2, 270, 5), (0, -2, 90, 5)):
+        T_world_wall = upright((wall_x, wall_y, 1.3), facing_deg)
+        surfaces.append(Rectangle(T_world_wall, (width_m, 2.6), tiled((width_m, 2.6))))
+    for x, y in ((1.3, 1.2), (1.9, 0.3), (1.2, -0.5), (2.0, -1.3), (0.6, 1.6), (0.7, -1.6)):
+        wide_m, deep_m, high_m = rng.uniform((0.25, 0.25, 0.3), (0.6, 0.6, 1.2))
+        lying = flat((x + rng.uniform(-0.1, 0.1), y + rng.uniform(-0.1, 0.1), 0), rng.uniform(0, 90))
+        surfaces.extend(box(lying, (wide_m, deep_m, high_m), labelled))
+    return Scene(tuple(surfaces), _LAMP)
+
+
 def single_plane(seed: int) -> Scene:
     """One painted wall of 8 x 5 m at x = 2, facing -x: texture, but a shape that fixes three of six."""
     rng = np.random.default_rng(seed)

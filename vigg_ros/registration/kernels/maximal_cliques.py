@@ -82,6 +82,21 @@ def _is_clique(members, size, bits):  # pragma: no cover - compiled
 
 
 @compiled
+def _grow_greedily(neighbours, weight, order, members, best_weight, best):  # pragma: no cover - compiled
+    """One clique from each node on, within about GREEDY_WORK."""
+    grown = 0
+    for node in range(len(order)):
+        # Thousands of large cliques that hardly differ would take seconds to weigh.
+        if grown > GREEDY_WORK and best_weight[node] > 0:
+            continue
+        size = _greedy(node, order[node], neighbours, members)
+        grown += len(order) + size * size
+        # In a dense graph many nodes grow the same clique; weighing it costs the square of its size.
+        if size >= 3 and not _is_clique(members, size, best[node]):
+            _keep_heaviest(members, size, weight, best_weight, best)
+
+
+@compiled
 def _pivot(candidates, excluded, neighbours):  # pragma: no cover - compiled
     """The node whose neighbours cover most candidates (Tomita 2006): the fewest branches remain."""
     best, most = -1, -1
@@ -114,16 +129,7 @@ def heaviest_cliques(neighbours, weight, order, max_work):  # pragma: no cover -
     best = np.zeros((n, words), np.uint64)
     best_weight = np.zeros(n, np.float32)
     members = np.empty(n + 1, np.int64)
-    grown = 0
-    for node in range(n):
-        # Thousands of large cliques that hardly differ would take seconds to weigh.
-        if grown > GREEDY_WORK and best_weight[node] > 0:
-            continue
-        size = _greedy(node, order[node], neighbours, members)
-        grown += n + size * size
-        # In a dense graph many nodes grow the same clique; weighing it costs the square of its size.
-        if size >= 3 and not _is_clique(members, size, best[node]):
-            _keep_heaviest(members, size, weight, best_weight, best)
+    _grow_greedily(neighbours, weight, order, members, best_weight, best)
     # Row d of each stack belongs to the clique members[:d]; branch[d] holds the nodes still to try.
     candidates = np.zeros((n + 2, words), np.uint64)
     excluded = np.zeros((n + 2, words), np.uint64)
