@@ -14,6 +14,7 @@ import subprocess
 import sys
 
 import rclpy
+from dds_domain import own_domain
 from std_srvs.srv import Trigger
 
 TIMEOUT_S = 180.0
@@ -25,7 +26,7 @@ def main(command: list[str]) -> int:
     if not command:
         print(__doc__, file=sys.stderr)
         return 2
-    os.environ.setdefault("ROS_DOMAIN_ID", str(91 + os.getpid() % 10))  # the tests have those below
+    os.environ["ROS_DOMAIN_ID"] = str(own_domain())
     process = subprocess.Popen([*command, "--ros-args", "-p", "geometry:=depth"])
     try:
         message = ask(Trigger, "registrar/reset")

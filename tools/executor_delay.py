@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
+from dds_domain import own_domain
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 
@@ -30,11 +31,11 @@ PLAYER = Path(__file__).parent / "play_frames.py"
 def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--seconds", type=float, default=40.0)
     parser.add_argument("--rate", type=float, default=30.0, help="frames published per second")
     parser.add_argument("--set", action="append", default=[], metavar="NAME:=VALUE", help="parameters of the node")
     arguments = parser.parse_args()
-    os.environ.setdefault("ROS_DOMAIN_ID", str(91 + os.getpid() % 10))  # the tests have those below
+    os.environ["ROS_DOMAIN_ID"] = str(own_domain())
     parameters = [word for text in ("geometry:=depth", *arguments.set) for word in ("-p", text)]
     context = rclpy.Context()
     rclpy.init(args=["registrar", "--ros-args", *parameters], context=context)

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
+from dds_domain import own_domain
 from diagnostic_msgs.msg import DiagnosticStatus
 from play_frames import FRAMES, messages, rendered
 from rclpy.qos import QoSProfile
@@ -88,7 +89,7 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=10_000)
     parser.add_argument("--width", type=int, default=160, help="of the images, 4:3 (default: 160)")
     arguments = parser.parse_args()
-    os.environ.setdefault("ROS_DOMAIN_ID", str(91 + os.getpid() % 10))  # the tests have those below
+    os.environ["ROS_DOMAIN_ID"] = str(own_domain())
     command = [sys.executable, "-m", "vigg_ros.node", "--ros-args"]
     process = subprocess.Popen([*command, *(word for text in PARAMETERS for word in ("-p", text))])
     rclpy.init()

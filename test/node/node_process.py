@@ -4,19 +4,18 @@
 
 from __future__ import annotations
 
-import fcntl
-import functools
 import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO
 
 ROOT = Path(__file__).parents[2]
+
+sys.path.insert(0, str(ROOT / "tools"))
+from dds_domain import own_domain  # noqa: E402
 
 # Nodes of other machines in the network are none of ours.
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
@@ -24,27 +23,8 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 CHEAP = {"visual.detector": "orb", "geometric.voxel_size_m": 0.06, "geometric.sample_k": 800}
 """Coarse and quick: what is tested here is what happens to messages, not how precise poses are."""
 
-_locks: list[IO[str]] = []
-"""Held until the process ends."""
-
 START_TIMEOUT_S = 120.0
 """Where kernels must be compiled first, on a machine that is busy."""
-
-
-@functools.cache
-def own_domain() -> int:
-    """A ROS_DOMAIN_ID from 1 to 90 that no other test process of this machine has, as long as this one runs."""
-    for attempt in range(90):
-        number = 1 + (os.getpid() + attempt) % 90
-        file = (Path(tempfile.gettempdir()) / f"vigg_ros_test_domain_{number}").open("w")
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            file.close()
-            continue
-        _locks.append(file)
-        return number
-    raise RuntimeError("90 test processes run on this machine; no ROS_DOMAIN_ID is left")
 
 
 def parameters(**values: object) -> list[str]:

@@ -57,7 +57,11 @@ def send(peer: Peer, messages: dict[str, Message], *, reliable: bool = True) -> 
 
 def send_and_wait(peer: Peer, messages: dict[str, Message]) -> dict[str, str]:
     """Publish a frame whose stamps are equal; its status."""
+    stamp = messages["/rgb/image"].fields["header"].fields["stamp"].fields
+    stamp_ns = str(stamp["sec"] * 10**9 + stamp["nanosec"])
     before = len(peer.answers())
     send(peer, messages)
-    peer.wait(lambda: len(peer.answers()) > before, "the status of the frame")
-    return peer.answers()[-1]
+    found: list[dict[str, str]] = peer.wait(
+        lambda: [one for one in peer.answers()[before:] if one["stamp_ns"] == stamp_ns], "the status of the frame"
+    )
+    return found[0]

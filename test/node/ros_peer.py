@@ -134,8 +134,10 @@ class Peer:
 
     def close(self) -> None:
         """Leave the graph."""
-        self._context.try_shutdown()
+        self._executor.shutdown(5.0)
         self._thread.join(5.0)
+        self.node.destroy_node()  # and its publishers, which a failed test may have left
+        self._context.try_shutdown()
 
     def _is_followed(self, topic: str, type_name: str, reliable: bool) -> bool:
         found = self.node.get_subscriptions_info_by_topic(topic)

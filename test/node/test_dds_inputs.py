@@ -52,29 +52,13 @@ def test_an_input_that_stops_is_an_error_until_it_comes_back(node: NodeProcess, 
     peer.wait(lambda: peer.heard["diagnostics"] and not errors(peer), "diagnostics without an error")
 
 
-@pytest.mark.hostile("System: publisher restarts with another resolution A")
-@pytest.mark.hostile("CameraInfo: changes mid-run: drop keyframes, N")
-def test_a_publisher_that_restarts_with_another_resolution_begins_a_session(node: NodeProcess, peer: Peer) -> None:
-    before = send_and_wait(peer, frame(0))
-    peer.withdraw()
-    after = send_and_wait(peer, frame(2, camera=LARGER))
-    if after["state"] == "REFUSED":  # topics are not ordered: the image was here before its CameraInfo
-        assert after["reason"] == "CALIBRATION_SIZE"
-        after = send_and_wait(peer, frame(2, camera=LARGER, stamp_ns=stamp_of_frame(2) + 1_000_000))
-    assert after["state"] == "STARTED"
-    assert int(after["session"]) == int(before["session"]) + 1
-    assert send_and_wait(peer, frame(3, camera=LARGER))["state"] == "TRACKING"
-    assert "keyframes were dropped" in node.wait_for("CALIBRATION_CHANGED", 5.0)
-
-
 def test_two_publishers_are_told_and_their_late_stamps_refused(node: NodeProcess, peer: Peer) -> None:
     send_and_wait(peer, frame(10))
     second = peer.offer("/rgb/image", "sensor_msgs/msg/Image")
     assert "found 2 publishers" in node.wait_for("TWO_PUBLISHERS", 10.0)
     peer.wait(second.get_subscription_count, "the second publisher's subscription")
     second.publish(ros(frame(5)["/rgb/image"]))
-    peer.wait(lambda: peer.statuses("REFUSED"), "a refusal")
-    assert peer.statuses("REFUSED")[0]["reason"] == "STAMP_LATE"
+    peer.wait(lambda: [one for one in peer.statuses("REFUSED") if one["reason"] == "STAMP_LATE"], "a refusal")
     peer.node.destroy_publisher(second)
     assert send_and_wait(peer, frame(11))["state"] == "TRACKING"
 
@@ -160,6 +144,21 @@ def test_a_burst_of_frames_leaves_the_memory_flat(node: NodeProcess, peer: Peer)
     print(f"memory {before_mb:.0f} MB, after 1,000 frames at once {after_mb:.0f} MB")
     # A thousand frames are 134 MB of pixels; the middleware holds ten messages of each topic.
     assert after_mb - before_mb < 30
+
+
+@pytest.mark.hostile("System: publisher restarts with another resolution A")
+@pytest.mark.hostile("CameraInfo: changes mid-run: drop keyframes, N")
+def test_a_publisher_that_restarts_with_another_resolution_begins_a_session(node: NodeProcess, peer: Peer) -> None:
+    before = send_and_wait(peer, frame(0))
+    peer.withdraw()
+    after = send_and_wait(peer, frame(2, camera=LARGER))
+    if after["state"] == "REFUSED":  # topics are not ordered: the image was here before its CameraInfo
+        assert after["reason"] == "CALIBRATION_SIZE"
+        after = send_and_wait(peer, frame(2, camera=LARGER, stamp_ns=stamp_of_frame(2) + 1_000_000))
+    assert after["state"] == "STARTED"
+    assert int(after["session"]) == int(before["session"]) + 1
+    assert send_and_wait(peer, frame(3, camera=LARGER))["state"] == "TRACKING"
+    assert "keyframes were dropped" in node.wait_for("CALIBRATION_CHANGED", 5.0)
 
 
 @pytest.mark.hostile("System: use_sim_time without /clock: output goes on, with a warning")

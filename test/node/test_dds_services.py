@@ -86,21 +86,30 @@ def test_reset_during_a_registration_answers_at_once_and_discards_its_result(
     slow_node: NodeProcess, peer: Peer
 ) -> None:
     peer.withdraw()
-    peer.clear()
-    send_and_wait(peer, frame(0))
-    send(peer, frame(1))
-    time.sleep(0.15)  # it has arrived, and is being registered
-    response, took_s = peer.call("reset")
-    assert response.success
-    assert not any(one["stamp_ns"] == str(stamp_of_frame(1)) for one in peer.answers()), "the registration still ran"
-    peer.wait(lambda: len(peer.answers()) == 2, "the fate of the frame")
-    assert peer.answers()[-1]["state"] == "DISCARDED"
-    assert [stamp_of(pose) for pose in peer.heard["pose"]] == [stamp_of_frame(0)]
-    assert send_and_wait(peer, frame(2))["state"] == "STARTED"
-    print(f"reset answered after {1e3 * took_s:.1f} ms while a registration ran")
+    for attempt in range(1, 8):
+        peer.call("reset")
+        peer.clear()
+        send_and_wait(peer, frame(0))
+        send(peer, frame(1))
+        time.sleep(0.05 * attempt)  # until it has arrived and is being registered
+        response, took_s = peer.call("reset")
+        assert response.success
+        answered_before = len(peer.answers()) > 1
+        peer.wait_briefly(lambda: len(peer.answers()) == 2, 10.0)
+        if not answered_before and len(peer.answers()) == 2 and peer.answers()[1]["state"] == "DISCARDED":
+            assert [stamp_of(pose) for pose in peer.heard["pose"]] == [stamp_of_frame(0)]
+            assert send_and_wait(peer, frame(2))["state"] == "STARTED"
+            print(f"reset answered after {1e3 * took_s:.1f} ms while a registration ran")
+            return
+        # What was answered after the reset belongs to the session that the reset began.
+        assert answered_before or peer.answers()[-1]["state"] in ("STARTED", "REFUSED")
+    raise AssertionError("no registration ran long enough to be caught in the act")
 
 
 def test_the_trajectory_is_saved_under_a_new_name_each_time(slow_node: NodeProcess, peer: Peer) -> None:
+    peer.call("reset")
+    peer.clear()
+    assert send_and_wait(peer, frame(2))["state"] == "STARTED"
     paths = [Path(peer.call("save_trajectory")[0].message) for _ in range(2)]
     assert paths[0] != paths[1]
     lines = paths[0].read_text().splitlines()

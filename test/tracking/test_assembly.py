@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from vigg_ros.registration import Camera
 from vigg_ros.registration.options import PairingConfig
 from vigg_ros.registration.rectification import Rectifier
-from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal, SyncedFrame
+from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Match, Refusal, SyncedFrame
 from vigg_ros.tracking.observation import Calibration, ColourImage, DepthImage, Observation, StampedPose
 
 START_NS = 1_772_013_245_123_456_789
@@ -242,3 +242,26 @@ def test_every_colour_image_is_accounted_for_exactly_once(observations: list[Obs
     # Within a session, frames come in the order of their stamps.
     made = [(item.session, item.frame.stamp_ns) for item in done if isinstance(item, SyncedFrame)]
     assert made == sorted(made)
+
+
+def test_a_restart_takes_early_stamps_again_keeps_the_calibration_and_counts_sessions_on() -> None:
+    assembler = FrameAssembler(PAIRING)
+    for observation in (calibration(), *pair(5000), *pair(100), *pair(200)):
+        assembler.add(observation)
+    assert assembler.session == 1, "a jump back by almost five seconds"
+    assembler.add(colour(300))
+    assert [one.stamp_ns for one in assembler.restart()] == [START_NS + 300 * MS], "it waited for its depth image"
+    made = [item for observation in (*pair(150), *pair(2000), *pair(200)) for item in assembler.add(observation)]
+    assert summary(made) == [(150, "frame"), (2000, "frame"), (200, "frame")]
+    assert [item.session for item in made] == [1, 1, 2]
+
+
+def test_a_match_is_built_with_the_calibration_that_held_when_it_became_certain() -> None:
+    assembler = FrameAssembler(PAIRING)
+    assembler.add(calibration())
+    (match,) = [item for observation in pair(0) for item in assembler.match(observation)]
+    assembler.add(calibration(50, replace(CAMERA, fx_px=9.0)))
+    assert isinstance(match, Match)
+    built = assembler.build(match)
+    assert isinstance(built, SyncedFrame)
+    assert built.frame.camera == CAMERA

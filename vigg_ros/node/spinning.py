@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 POLL_S = 0.1
 """A signal is noticed within this time."""
 
-PATIENCE_S = 1.0
+PATIENCE_S = 0.5
 """How long a running registration is waited for at the end."""
 
 
