@@ -117,13 +117,6 @@ class SurfaceAligner:
         return np.asarray((cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791))
 
 
-def _jacobian(
-    moved: NDArray[np.float64], direction: NDArray[np.float64], T_target_source: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """How a step (translation, rotation about the moved source origin) moves points along directions: (N, 6)."""
-    return np.hstack((direction, np.cross(moved - T_target_source[:3, 3], direction)))
-
-
 def _deviation(value: NDArray[np.float64], floor: float) -> float:
     """Standard deviation of values (N,), N >= 1, by their median absolute deviation, and never below the floor."""
     return MAD_TO_SIGMA * float(np.median(np.abs(value))) + floor
@@ -142,10 +135,14 @@ def _visual_residuals(prior: Matches, T_target_source: NDArray[np.float64], floo
     moved = transform(T_target_source, prior.source)
     value = prior.target - moved
     weight = np.repeat(_robust_weight(np.linalg.norm(value, axis=1) / math.sqrt(3), floor=floor), 3)
-    jacobian = np.concatenate(
-        [_jacobian(moved, np.broadcast_to(axis, moved.shape), T_target_source) for axis in np.eye(3)], axis=1
-    ).reshape(-1, 6)
-    return _Residuals(value.ravel(), jacobian, weight, np.repeat(np.arange(len(prior)), 3), floor)
+    # How a step (translation, rotation about the moved source origin) moves each point along each axis.
+    x, y, z = (moved - T_target_source[:3, 3]).T
+    jacobian = np.zeros((len(prior), 3, 6))
+    jacobian[:, :, :3] = np.eye(3)
+    jacobian[:, 0, 4], jacobian[:, 0, 5] = z, -y
+    jacobian[:, 1, 3], jacobian[:, 1, 5] = -z, x
+    jacobian[:, 2, 3], jacobian[:, 2, 4] = y, -x
+    return _Residuals(value.ravel(), jacobian.reshape(-1, 6), weight, np.repeat(np.arange(len(prior)), 3), floor)
 
 
 @stage("refinement")
@@ -199,7 +196,9 @@ def _information(residuals: _Residuals) -> NDArray[np.float64]:
 def _solve(surface: _Residuals, visual: _Residuals) -> NDArray[np.float64]:
     """One step (6,); directions that nothing determines do not move."""
     gradient = sum(r.jacobian.T @ (r.weight * r.value) for r in (surface, visual))
-    return np.linalg.pinv(_information(surface) + _information(visual), rcond=1e-9, hermitian=True) @ gradient
+    values, vectors = np.linalg.eigh(_information(surface) + _information(visual))
+    known = values > 1e-9 * values[-1]
+    return np.asarray(vectors[:, known] @ ((vectors[:, known].T @ gradient) / values[known]))
 
 
 def _moved(T_target_source: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
