@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from vigg_ros.online.parameter_table import markdown_table
-from vigg_ros.online.parameters import NodeOptions, Settings, parse_extrinsics, unmatched_nodes
+from vigg_ros.online.parameters import SHORT_NAMES, NodeOptions, Settings, parse_extrinsics, unmatched_nodes
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import ConfigError
 
@@ -50,7 +50,7 @@ def test_an_integer_is_taken_for_a_real_number() -> None:
         ({"max_rate": "fast"}, "max_rate is 'fast', expected float"),
         ({"geometri": "depth"}, "unknown parameter 'geometri'; did you mean geometry?"),
         ({"top_k": 100}, "did you mean visual.top_k?"),
-        ({"sync_slop": 0.02}, "did you mean pairing.sync_slop_s?"),
+        ({"sync_slopp": 0.02}, "did you mean sync_slop?"),
         ({"zzz": 1}, "`registrar --parameters` lists all of them"),
         ({"extrinsics": "1 2 3"}, "expected tf or seven numbers"),
         ({"extrinsics": [0.0, 0, 0, 0, 0, 0, 0]}, "quaternion"),
@@ -120,3 +120,22 @@ def test_every_parameter_stands_in_the_table_with_when_to_touch_it() -> None:
         assert f"| `{parameter.name}`" in table
         assert parameter.doc
     assert "`max_rate` (dynamic)" in table
+
+
+@pytest.mark.parametrize("long", SHORT_NAMES)
+def test_options_that_users_set_most_have_short_names(long: str) -> None:
+    short = SHORT_NAMES[long]
+    names = [parameter.name for parameter in Settings().parameters()]
+    assert short in names
+    assert long not in names
+    default = next(parameter.default for parameter in Settings().parameters() if parameter.name == short)
+    value = "undistort" if short == "rectify" else default + 0.5 if isinstance(default, float) else default + 1
+    one, other = (Settings.resolve({name: value}) for name in (short, long))
+    assert one == other != Settings()
+    with pytest.raises(ConfigError, match=f"{short} and {long} are the same parameter"):
+        Settings.resolve({short: value, long: value})
+
+
+def test_the_time_budget_can_be_set_while_the_node_runs() -> None:
+    dynamic = {parameter.name for parameter in Settings().parameters() if parameter.is_dynamic}
+    assert dynamic == {"max_rate", "time_budget"}

@@ -21,8 +21,21 @@ from vigg_ros.registration.errors import ConfigError, DataError
 from vigg_ros.registration.options import option
 from vigg_ros.registration.rigid import inverse
 
-DYNAMIC = frozenset({"max_rate", "time_budget_s"})
-"""Options that can be set while the node runs, by the last word of their name. All others are read-only."""
+DYNAMIC = frozenset({"max_rate", "time_budget"})
+"""Parameters that can be set while the node runs. All others are read-only."""
+
+SHORT_NAMES = {
+    "pairing.sync_slop_s": "sync_slop",
+    "pairing.queue_size": "queue_size",
+    "input.depth_scale_m": "depth_scale",
+    "input.rectify": "rectify",
+    "geometric.min_range_m": "min_range",
+    "geometric.max_range_m": "max_range",
+    "time_budget_s": "time_budget",
+}
+"""Options that users of a node set most, as nodes of this kind call them. At the start both names are accepted, since
+files of the method's options have the long ones."""
+_LONG_NAMES = {short: long for long, short in SHORT_NAMES.items()}
 
 RESERVED = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 """Beginnings of the names that rclpy gives to every node."""
@@ -83,7 +96,7 @@ class Parameter:
     @property
     def is_dynamic(self) -> bool:
         """Whether it can be set while the node runs."""
-        return self.name.rpartition(".")[2] in DYNAMIC
+        return self.name in DYNAMIC
 
     @property
     def description(self) -> str:
@@ -110,13 +123,15 @@ class Settings:
 
     def replace(self, changes: Mapping[str, Any]) -> Settings:
         """With some parameters changed. Raises ConfigError, and then nothing is changed."""
+        changes = _short_names(changes)
         known = [parameter.name for parameter in self.parameters()]
         for name in changes:
             if name not in known:
                 raise ConfigError(_unknown(name, known))
         own = {name: value for name, value in changes.items() if name in _OWN}
         options = _replaced(self.options, own)
-        config = self.config.replace({name: value for name, value in changes.items() if name not in own})
+        of_method = {name: value for name, value in changes.items() if name not in own}
+        config = self.config.replace({_LONG_NAMES.get(name, name): value for name, value in of_method.items()})
         _check_together(options)
         return Settings(options, config)
 
@@ -125,7 +140,7 @@ class Settings:
         for spec in dataclasses.fields(self.options):
             yield Parameter(spec.name, getattr(self.options, spec.name), **spec.metadata)
         for name, spec, value in self.config.options():
-            yield Parameter(name, value, **spec.metadata)
+            yield Parameter(SHORT_NAMES.get(name, name), value, **spec.metadata)
 
     @property
     def T_parent_camera(self) -> NDArray[np.float64] | None:
@@ -140,6 +155,15 @@ class Settings:
 
 
 _OWN = {spec.name: spec for spec in dataclasses.fields(NodeOptions)}
+
+
+def _short_names(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The changes by the names that parameters have. Raises ConfigError where one is given by both of its names."""
+    renamed = {SHORT_NAMES.get(name, name): value for name, value in changes.items()}
+    if len(renamed) < len(changes):
+        twice = next(short for long, short in SHORT_NAMES.items() if {long, short} <= changes.keys())
+        raise ConfigError(f"{twice} and {_LONG_NAMES[twice]} are the same parameter; give one of them")
+    return renamed
 
 
 def parse_extrinsics(text: str) -> NDArray[np.float64] | None:

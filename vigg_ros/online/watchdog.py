@@ -149,8 +149,8 @@ def _of_frames(facts: Facts) -> Iterator[Finding]:
             "STAMPS_APART",
             leader.topic,
             f"stamps {_seconds(facts.offset_s)} from those of {partner.topic}",
-            f"at most pairing.sync_slop_s, {facts.slop_s:g} s",
-            "synchronise the clocks of the drivers, or raise pairing.sync_slop_s if the sensors are this far apart",
+            f"at most sync_slop, {facts.slop_s:g} s",
+            "synchronise the clocks of the drivers, or raise sync_slop if the sensors are this far apart",
         )
     if facts.last_reason:
         yield Finding(
