@@ -20,7 +20,12 @@ _locks: list[IO[str]] = []
 
 @functools.cache
 def own_domain() -> int:
-    """A ROS_DOMAIN_ID from 1 to 100 that no other such process has, as long as this one runs."""
+    """The domain of this process; see ``claim_domain``."""
+    return claim_domain()
+
+
+def claim_domain() -> int:
+    """A ROS_DOMAIN_ID from 1 to 100 that nobody else has claimed, as long as this process runs."""
     for attempt in range(HIGHEST):
         number = 1 + (os.getpid() + attempt) % HIGHEST
         file = (Path(tempfile.gettempdir()) / f"vigg_ros_domain_{number}.lock").open("w")

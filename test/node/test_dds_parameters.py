@@ -42,7 +42,7 @@ def value(peer: Peer, name: str) -> object:
 
 @pytest.mark.hostile("Parameters: Integer for a double A")
 def test_an_integer_is_taken_for_a_real_number_at_start_and_later(running: NodeProcess, peer: Peer) -> None:
-    assert value(peer, "geometric.max_range_m") == 6.0
+    assert value(peer, "max_range") == 6.0
     assert change(peer, max_rate=7) == (True, "")
     assert value(peer, "max_rate") == 7.0
     assert change(peer, max_rate=0.0) == (True, "")
@@ -59,7 +59,7 @@ def test_a_bad_value_is_refused_and_the_old_one_kept(running: NodeProcess, peer:
 
 @pytest.mark.hostile("Parameters: inconsistent set refused as a whole")
 def test_of_a_set_with_a_bad_value_nothing_is_taken(running: NodeProcess, peer: Peer) -> None:
-    assert not change(peer, max_rate=3.0, geometric__min_range_m=7.0)[0]
+    assert not change(peer, max_rate=3.0, min_range=7.0)[0]
     assert value(peer, "max_rate") == 0.0
 
 
@@ -105,7 +105,7 @@ def test_a_bad_start_is_one_line_and_exit_code_2(start: Start) -> None:
     cases = {
         "tf_timeout is nan, expected 0 to 10 s": parameters(tf_timeout=".nan"),
         "visual.top_k is 100000, expected 3 to 2000": parameters(visual__top_k=100000),
-        "did you mean pairing.sync_slop_s?": parameters(sync_slop=0.02),
+        "did you mean sync_slop?": parameters(sync_slopp=0.02),
         "the first must be below the second": parameters(geometric__min_range_m=5.0, geometric__max_range_m=2.0),
         "expected a YAML file that exists or one of rgbd": parameters(config="rgdb"),
         "the arguments after --ros-args cannot be used": ["-p", "geometry"],

@@ -4,11 +4,12 @@
 
 from __future__ import annotations
 
-import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import rclpy
 from rclpy.context import Context
@@ -16,8 +17,11 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-DOMAIN_ID = 1 + (os.getpid() + 50) % 100
-"""Half way round from what other tests in the same process would take by its number."""
+sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
+from dds_domain import claim_domain
+
+DOMAIN_ID = claim_domain()
+"""Another one than that of the tests of the node in the same process."""
 
 PATIENCE_S = 20.0
 """For messages that must come: long, as the machine may be busy; a test that passes does not wait for it."""
