@@ -54,6 +54,13 @@ def test_gain_and_offset_do_not_matter() -> None:
     assert abs(correlation(colours(0), colours(1))) < 0.16
 
 
+def test_a_channel_without_contrast_says_nothing() -> None:
+    """Of a tinted or an infrared camera that fills three channels."""
+    first, second = colours(0), colours(0)
+    first[:, 1:], second[:, 2] = 7, 7
+    assert correlation(first, second) == pytest.approx(1)
+
+
 def test_grey_is_compared_with_the_mean_of_the_channels() -> None:
     assert correlation(colours(0), colours(0).mean(axis=1, keepdims=True)) == pytest.approx(1)
 

@@ -61,11 +61,14 @@ def fit(of: Candidate, *, deviation_m: float = 0.002, deviation_deg: float = 0.1
 
 
 def verdict(
-    monkeypatch: pytest.MonkeyPatch, *fits: tuple[Candidate, Fit], config: Config = CONFIG, alike: float = 0.7
+    monkeypatch: pytest.MonkeyPatch, *fits: tuple[Candidate, Fit],
+    config: Config = CONFIG, alike: float = 0.7, repeated: NDArray[np.float64] | None = None,
+    seen: dict[bytes, Candidate] | None = None,
 ) -> Registration | Rejection:
     """What ``judge`` says when the frames agree under each motion as the candidate says."""
-    by_motion = {one.T_target_source.tobytes(): one for one, _ in fits}
+    by_motion = {one.T_target_source.tobytes(): one for one, _ in fits} | (seen or {})
     monkeypatch.setattr(verification, "likeness", lambda pair, T: alike)
+    monkeypatch.setattr(verification, "repeated_motion", lambda pair, T: repeated)
     monkeypatch.setattr(verification, "assess", lambda pair, T: by_motion[T.tobytes()])
     points, rows = np.zeros((VISUAL, 3)), np.arange(VISUAL)
     visual = Matches(points, points, np.ones(VISUAL), rows, 1000 + rows)
@@ -160,6 +163,22 @@ def test_the_best_supported_fit_is_the_answer(monkeypatch: pytest.MonkeyPatch) -
         found = verdict(monkeypatch, *fits)
         assert isinstance(found, Registration)
         np.testing.assert_array_equal(found.T_target_source, good.T_target_source)
+
+
+@pytest.mark.hostile("Scene: repeated texture and repeated structure: reject rather than choose wrongly")
+@pytest.mark.parametrize(
+    ("shown", "answered"), [({}, False), ({"hidden": 0.45}, True), ({"in_front": 0.2, "hidden": 0.0}, True)]
+)
+def test_a_repeated_motion_is_a_rival_unless_the_surfaces_know_better(
+    shown: dict[str, float], answered: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, shifted = candidate(0.0), candidate(0.5, **shown)
+    seen = {shifted.T_target_source.tobytes(): shifted}
+    found = verdict(monkeypatch, (here, fit(here)), repeated=shifted.T_target_source, seen=seen)
+    assert isinstance(found, Registration) == answered
+    if isinstance(found, Rejection):
+        assert found.reason is Reason.AMBIGUOUS
+        assert "repeats: a motion that differs by 0.5 m" in found.message
 
 
 @pytest.mark.hostile("Scene: repeated texture and repeated structure: reject rather than choose wrongly")

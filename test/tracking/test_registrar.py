@@ -349,3 +349,22 @@ def test_an_attempt_shows_what_was_compared(studio: Studio) -> None:
         assert set(map(tuple, pixels.tolist())) <= set(map(tuple, keypoints.pixels.tolist()))
     registrar.step(sequence[2])
     assert len(registrar.attempt.features.keypoints) == 0
+
+
+def test_a_frame_whose_time_is_up_is_lost_and_the_next_one_is_not(studio: Studio) -> None:
+    """The budget holds for extraction too, and for the first frame."""
+    path = poses(0, 4)
+    sequence = frames(studio, path)
+    registrar = Registrar(CONFIG.replace({"time_budget_s": 1e-9}))
+    first = registrar.step(sequence[0])
+    assert (first.state, first.keyframe_id, registrar.attempt) == (State.LOST, None, None)
+    registrar.configure(CONFIG)
+    assert registrar.step(sequence[1]).state is State.STARTED
+    registrar.configure(CONFIG.replace({"time_budget_s": 1e-9}))
+    late = registrar.step(sequence[2])
+    assert late.state is State.LOST
+    assert late.T_odom_frame is None
+    assert isinstance(late.outcome, Rejection)
+    assert late.outcome.reason is Reason.TIMEOUT
+    registrar.configure(CONFIG.replace({"time_budget_s": 60.0}))
+    assert registrar.step(sequence[3]).state is State.TRACKING

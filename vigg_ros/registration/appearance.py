@@ -64,7 +64,8 @@ class Appearance:
 def correlation(first: NDArray[np.float32], second: NDArray[np.float32]) -> float:
     """How alike two images show N places, colours (N, C) each: the mean correlation of the channels in [-1, 1].
 
-    It ignores gain and offset. NaN where fewer than MIN_COMMON places are seen by both, or nothing is to be seen.
+    It ignores gain and offset, and channels in which one of the images shows nothing. NaN where fewer than
+    MIN_COMMON places are seen by both, or nothing is to be seen.
     """
     if first.shape[1] != second.shape[1]:
         first, second = (colours.mean(axis=1, keepdims=True) for colours in (first, second))
@@ -73,6 +74,7 @@ def correlation(first: NDArray[np.float32], second: NDArray[np.float32]) -> floa
         return math.nan
     x, y = (colours[both].astype(np.float64) - colours[both].mean(axis=0) for colours in (first, second))
     spread = x.std(axis=0), y.std(axis=0)
-    if min(spread[0].max(), spread[1].max()) < MIN_CONTRAST:
+    shown = np.minimum(*spread) >= MIN_CONTRAST
+    if not shown.any():
         return math.nan
-    return float(np.mean((x * y).mean(axis=0) / np.maximum(spread[0] * spread[1], 1e-9)))
+    return float(np.mean((x * y).mean(axis=0)[shown] / (spread[0] * spread[1])[shown]))

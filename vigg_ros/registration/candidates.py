@@ -16,6 +16,7 @@ from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.rigid import inverse, transform
 from vigg_ros.registration.stages import stage
 from vigg_ros.registration.visibility import Agreement, agreement
+from vigg_ros.registration.visual import Keypoints
 
 TOLERANCE_VOXELS, TOLERANCE_PER_METRE = 2.0, 0.01
 """How far apart surfaces may lie and still coincide: the grid, and depth noise growing with distance."""
@@ -40,9 +41,16 @@ class Pair:
     in_full: bool = False
     """Whether the visual matches are of the images in full size."""
 
+    @property
+    def keypoints(self) -> tuple[Keypoints, Keypoints]:
+        """Those of the target and of the source that were matched."""
+        if self.in_full:
+            return self.target.fine_keypoints, self.source.fine_keypoints
+        return self.target.keypoints, self.source.keypoints
+
     def pixels(self, visual: Matches) -> NDArray[np.float32]:
         """Where visual matches are seen: (K, 4), u and v in the target's image, u and v in the source's."""
-        target, source = (f.fine_keypoints if self.in_full else f.keypoints for f in (self.target, self.source))
+        target, source = self.keypoints
         return np.hstack((target.pixels[visual.target_row], source.pixels[visual.source_row]))
 
 

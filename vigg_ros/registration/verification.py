@@ -16,6 +16,7 @@ from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.refinement import Fit
+from vigg_ros.registration.repetition import repeated_motion
 from vigg_ros.registration.result import Evidence, Reason, Registration, Rejection
 
 MIN_KEYPOINTS = 8
@@ -125,7 +126,7 @@ def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rej
         likeness=_likeness_in_doubt(pair, candidate),
         runner_up=max(rivalry(other, candidate, pair.config) for other in candidates),
     )
-    objection = _objection(fit, candidate, evidence, pair.config)
+    objection = _objection(fit, candidate, evidence, pair.config) or _repetition(pair, candidate)
     if objection is not None:
         return Rejection(*objection, evidence)
     pixels = pair.pixels(pair.visual.select(candidate.visual_inliers))
@@ -181,6 +182,20 @@ def _objection(fit: Fit, candidate: Candidate, evidence: Evidence, config: Confi
     if evidence.runner_up >= 1.0:
         return Reason.AMBIGUOUS, "a different motion explains surfaces and matches nearly as well"
     return None
+
+
+def _repetition(pair: Pair, candidate: Candidate) -> tuple[Reason, str] | None:
+    """Whether a repeating texture shows another motion, which the surfaces do not contradict."""
+    if not pair.config.verification.enabled:
+        return None
+    T_repeated = repeated_motion(pair, candidate.T_target_source)
+    if T_repeated is None:
+        return None
+    rival = assess(pair, T_repeated).agreement
+    if rival.consistency < pair.config.verification.min_consistency or rival.conflict > MAX_CONFLICT:
+        return None  # the surfaces know better
+    period_m = float(np.linalg.norm(T_repeated[:3, 3] - candidate.T_target_source[:3, 3]))
+    return Reason.AMBIGUOUS, f"the texture repeats: a motion that differs by {period_m:.2g} m is shown as well"
 
 
 def _free_direction(covariance: NDArray[np.float64], threshold_m: float) -> str:

@@ -137,13 +137,18 @@ def match_visual(target: Keypoints, source: Keypoints, config: VisualConfig) -> 
 
 def _nearest_two(target: NDArray[Any], source: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Index (M,) of the nearest target descriptor and squared distances (M, 2) to the nearest two, in [0, 2]."""
-    closeness = _hamming_cosine(target, source) if target.dtype == np.uint8 else source @ target.T
+    cosine = closeness(target, source)
     every = np.arange(len(source))
-    nearest = closeness.argmax(axis=1)
-    best = closeness[every, nearest].astype(np.float64)
-    closeness[every, nearest] = -np.inf
-    squared = 2.0 - 2.0 * np.column_stack((best, closeness.max(axis=1)))
+    nearest = cosine.argmax(axis=1)
+    best = cosine[every, nearest].astype(np.float64)
+    cosine[every, nearest] = -np.inf
+    squared = 2.0 - 2.0 * np.column_stack((best, cosine.max(axis=1)))
     return nearest, np.clip(squared, 0.0, 2.0)
+
+
+def closeness(target: NDArray[Any], source: NDArray[Any]) -> NDArray[np.float32]:
+    """Cosine (M, N) between M source and N target descriptors of either kind."""
+    return np.asarray(_hamming_cosine(target, source) if target.dtype == np.uint8 else source @ target.T)
 
 
 def _hamming_cosine(target: NDArray[np.uint8], source: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
-from vigg_ros.registration.result import Evidence, Outcome, Registration, Rejection
-from vigg_ros.registration.stages import record_stages, time_limit
+from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
+from vigg_ros.registration.stages import OutOfTime, record_stages, time_limit
 from vigg_ros.registration.verification import find_lack
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.tracking.chain import UncertainPose
@@ -126,16 +127,19 @@ class Registrar:
         """Register the next frame; a session other than the current one starts again."""
         if session is not None and session != self._session:
             self.reset(session)
-        with record_stages() as timings_ms:
+        with record_stages() as timings_ms, time_limit(self._config.time_budget_s):
             self._velocity = self._velocity if self._is_recent(frame.stamp_ns) else None
-            seen = self._look(frame, self._velocity)
+            try:
+                seen = self._look(frame, self._velocity)
+            except OutOfTime as overrun:
+                return self._give_up(frame, str(overrun), timings_ms)
             if self._keyframes.reference is None:
                 self._attempt = seen
                 return self._start(seen, timings_ms)
-            with time_limit(self._config.time_budget_s):  # for all keyframes that are tried
-                state, keyframe, outcome = self._search(seen.features)
+            state, keyframe, outcome = self._search(seen.features)
             if isinstance(outcome, Registration):
-                seen, keyframe, outcome = self._correct(frame, seen, keyframe, outcome)
+                with suppress(OutOfTime):  # then the answer before the correction stands
+                    seen, keyframe, outcome = self._correct(frame, seen, keyframe, outcome)
         self._attempt = replace(seen, keyframe=keyframe)
         if isinstance(outcome, Rejection):
             self._frames_lost += 1
@@ -149,6 +153,13 @@ class Registrar:
             self._keyframe_requested = False
             self._keyframes.add(seen.frame, seen.features, pose)
         return self._estimate(frame, state, keyframe, outcome, timings_ms, pose=pose, new_keyframe=new_keyframe)
+
+    def _give_up(self, frame: Frame, message: str, timings_ms: dict[str, float]) -> Estimate:
+        """Of a frame whose time was up before there was anything to compare."""
+        self._attempt = None
+        self._frames_lost += 1
+        rejection = Rejection(Reason.TIMEOUT, message, Evidence())
+        return self._estimate(frame, State.LOST, self._keyframes.reference, rejection, timings_ms)
 
     def _look(self, frame: Frame, velocity_sensor: NDArray[np.float64] | None) -> Attempt:
         """Features of a frame, which is de-skewed where it can be."""
