@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vigg_ros.evaluation.looks import timed_stages
 from vigg_ros.evaluation.methods import Answer, Method, Task
 from vigg_ros.evaluation.metrics import rotation_error_deg, translation_error_m
 from vigg_ros.evaluation.pairs import Wanted
@@ -25,7 +26,7 @@ from vigg_ros.registration.local_match import refit
 from vigg_ros.registration.matches import Matches, concatenate
 from vigg_ros.registration.result import Evidence
 from vigg_ros.registration.rigid import transform, weighted_svd
-from vigg_ros.registration.stages import record_stages, stage
+from vigg_ros.registration.stages import stage
 from vigg_ros.registration.verification import contenders, find_lack, judge
 from vigg_ros.registration.vigg import align_by_all, follow, polish
 from vigg_ros.registration.visual import match_visual
@@ -121,12 +122,14 @@ class _Answerer:
         within_view = self.variation.within_view
         target, target_ms = workshop.features(wanted.target, config, within_view=within_view)
         source, source_ms = workshop.features(wanted.source, config, within_view=within_view)
-        with record_stages() as timings_ms:
+
+        def work() -> Outcome:
             if self.variation.exchanges_stages:
-                outcome = register_varied((target, source), config, self.variation, wanted)
-            else:
-                outcome = register(target, source, config)
-        timings = {**{name: ms + source_ms[name] for name, ms in target_ms.items()}, **timings_ms}
+                return register_varied((target, source), config, self.variation, wanted)
+            return register(target, source, config)
+
+        outcome, timings_ms = timed_stages(work)
+        timings = {"extraction": target_ms + source_ms, **timings_ms}
         if isinstance(outcome, Registration):
             return Answer(outcome.T_target_source, "", timings)
         return Answer(None, outcome.reason.value, timings)

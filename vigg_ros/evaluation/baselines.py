@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.evaluation.clouds import REACH_VOXELS, floor, gicp_from_rest, points_in_range
-from vigg_ros.evaluation.looks import timed
+from vigg_ros.evaluation.looks import timed, timed_stages
 from vigg_ros.evaluation.methods import Answer, Method, Task
 from vigg_ros.registration import Frame
 from vigg_ros.registration.cliques import propose
@@ -21,7 +21,6 @@ from vigg_ros.registration.geometric import match_global
 from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.local_match import refit
 from vigg_ros.registration.matches import no_matches
-from vigg_ros.registration.stages import record_stages
 
 FEATURE_VOXELS = 2.0
 """Grid of Open3D's global methods, in voxels: 5 cm for depth images, as its tutorial has it, 60 cm for scans."""
@@ -179,15 +178,17 @@ def fpfh_mac(task: Task) -> Answer:
     config = task.config.replace(PAPER).replace({"cliques.geometric_hypotheses": True})
     target, target_ms = task.workshop.features(task.wanted.target, config)
     source, source_ms = task.workshop.features(task.wanted.source, config)
-    with record_stages() as timings_ms:
+
+    def work() -> NDArray[np.float64] | None:
         matches = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)
         hypotheses = propose(no_matches(), matches, config.cliques)
-    timings = {**{name: ms + source_ms[name] for name, ms in target_ms.items()}, **timings_ms}
-    if not len(hypotheses):
-        return Answer(None, NO_ANSWER, timings)
-    best = hypotheses.T_target_source[0]
-    T_target_source, refit_ms = timed(lambda: refit(matches, best, config.cliques.inlier_threshold_m))
-    return Answer(T_target_source, "", {**timings, "post-refinement": refit_ms})
+        if not len(hypotheses):
+            return None
+        return refit(matches, hypotheses.T_target_source[0], config.cliques.inlier_threshold_m)
+
+    T_target_source, timings_ms = timed_stages(work)
+    timings = {"extraction": target_ms + source_ms, **timings_ms}
+    return Answer(T_target_source, NO_ANSWER if T_target_source is None else "", timings)
 
 
 def _answer(T_target_source: NDArray[np.float64], timings_ms: dict[str, float], *, found: bool) -> Answer:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol, TypeVar
@@ -80,10 +80,6 @@ def clip_to_view(frame: Frame) -> Frame:
     return frame.with_points(frame.geometry.cloud[rows])
 
 
-Timings = Mapping[str, float]
-"""Milliseconds by stage."""
-
-
 class Workshop:
     """Frames and what methods make of single frames, kept for the next pair and the next method.
 
@@ -99,11 +95,12 @@ class Workshop:
         frame: Frame = self._keep(("frame", look.name), look.load)
         return clip_to_view(frame) if within_view or self._within_view else frame
 
-    def features(self, look: Look, config: Config, *, within_view: bool = False) -> tuple[Features, Timings]:
-        """Features by the configuration, and the time of each stage of their extraction."""
+    def features(self, look: Look, config: Config, *, within_view: bool = False) -> tuple[Features, float]:
+        """Features by the configuration, and the milliseconds they took on the clock."""
 
-        def make() -> tuple[Features, Timings]:
-            return _timed_features(self.frame(look, within_view=within_view), config)
+        def make() -> tuple[Features, float]:
+            frame = self.frame(look, within_view=within_view)
+            return timed(lambda: _extract_all(frame, config))
 
         if not config.geometric.always:
             return make()  # what is made only in doubt is charged to the pair that it is made for
@@ -123,12 +120,19 @@ class Workshop:
         return kept
 
 
-def _timed_features(frame: Frame, config: Config) -> tuple[Features, Timings]:
+def _extract_all(frame: Frame, config: Config) -> Features:
+    """The features, with all that the whole method makes of them later."""
+    features = extract(frame, config)
+    if config.geometric.always:
+        _ = features.fine_keypoints, features.landmarks
+    return features
+
+
+def timed_stages(work: Callable[[], _T]) -> tuple[_T, dict[str, float]]:
+    """What the work gives, and its milliseconds by stage; with what is in no stage they add up to the clock's."""
     with record_stages() as timings_ms:
-        features = extract(frame, config)
-        if config.geometric.always:
-            _ = features.fine_keypoints, features.landmarks
-    return features, timings_ms
+        done, total_ms = timed(work)
+    return done, {**timings_ms, "other": max(total_ms - sum(timings_ms.values()), 0.0)}
 
 
 def timed(work: Callable[[], _T]) -> tuple[_T, float]:
