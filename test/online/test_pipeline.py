@@ -172,3 +172,13 @@ def test_stamps_that_do_not_ascend_are_refused_until_a_reset(bench: Bench, views
     bench.pipeline.reset()
     bench.send(views[1], 4)
     assert bench.wait(4)[-1] == "STARTED"
+
+
+def test_a_reset_lets_the_next_frame_pass_the_limit_of_the_rate(bench: Bench, views) -> None:
+    bench.pipeline.configure(CHEAP, max_rate_hz=5.0)
+    bench.send(views[0], 1500)
+    bench.send(views[1], 1501)
+    assert sorted(bench.wait(2)) == ["SKIPPED", "STARTED"]
+    bench.pipeline.reset()
+    bench.send(views[2], 0)  # 100 s earlier, as when a recording is played again
+    assert bench.wait(3)[-1] == "STARTED"

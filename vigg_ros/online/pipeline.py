@@ -130,7 +130,7 @@ class Pipeline:
         if self._paused:
             self._end(job, Fate.PAUSED, "PAUSED", "the node is paused; ~/pause with data: false resumes")
             return False
-        if not self._rate_limit.allows(job.match.stamp_ns, job.match.session):
+        if not self._rate_limit.allows(job.match.stamp_ns, job.match.session + job.generation):
             self._end(job, Fate.SKIPPED, "MAX_RATE", "it came sooner after the last one than max_rate allows")
             return False
         return True
