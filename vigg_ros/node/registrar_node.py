@@ -74,6 +74,7 @@ class RegistrarNode:
             request_keyframe=self._pipeline.request_keyframe,
             pause=self._pipeline.pause,
             save=self._save,
+            failed=self._log_failure,
         )
 
     def start(self) -> None:
@@ -122,6 +123,9 @@ class RegistrarNode:
                 self._reporting.note_publishers(one)
 
     def _receive(self, role: str, message: Any) -> None:
+        self._guarded(partial(self._take, role, message))
+
+    def _take(self, role: str, message: Any) -> None:
         one = self._by_role[role]
         arrived_s = time.monotonic()
         one.monitor.arrive(arrived_s)
@@ -149,13 +153,14 @@ class RegistrarNode:
     def _publish(self, answer: Answer) -> None:
         """One answer; the pipeline sees to it that this never runs twice at a time."""
         with self._lock:
-            self.tally.add(answer, time.monotonic())
             if answer.registered is not None:
                 self._publish_pose(answer.registered)
+            self.tally.add(answer, time.monotonic())
             self._outputs.publish_status(self._reporting.frame_status(answer))
+            # With its status the frame has its answer: what fails from here on must not give it a second one.
             if answer.registered is not None:
-                self._outputs.publish_views(answer.registered)
-            self._reporting.log_answer(answer)
+                self._guarded(partial(self._outputs.publish_views, answer.registered))
+            self._guarded(partial(self._reporting.log_answer, answer))
 
     def _publish_pose(self, registered: Registered) -> None:
         pose, estimate = registered.pose, registered.estimate

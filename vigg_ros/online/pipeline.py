@@ -34,7 +34,7 @@ class Pipeline:
 
     Matching happens in the caller's thread; frames are built and registered in a worker's, where ``publish`` is
     called too. ``publish`` never runs twice at a time, and never again with a pose from before a reset that has
-    returned.
+    returned. It may raise where the answer was not published: the frame is then answered with an INTERNAL_ERROR.
     """
 
     def __init__(
@@ -191,6 +191,9 @@ class Pipeline:
         warm_up(self._config, with_points=self._with_points)
 
     def _fail(self, error: BaseException) -> None:
-        self._report_failure(error)
-        if self._running is not None:
-            self._end(self._running, Fate.REFUSED, "INTERNAL_ERROR", f"{type(error).__name__}: {error}")
+        job, self._running = self._running, None
+        try:
+            self._report_failure(error)
+        finally:
+            if job is not None:
+                self._end(job, Fate.REFUSED, "INTERNAL_ERROR", f"{type(error).__name__}: {error}")
