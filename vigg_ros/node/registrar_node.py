@@ -201,8 +201,9 @@ class RegistrarNode:
             self._outputs.forget()
 
     def _save(self) -> str:
-        with self._lock:
-            return str(self._trail.save(self._parameters.settings.options.output_dir))
+        with self._lock:  # which answers wait for, so nothing is written under it
+            trail = self._trail.copy()
+        return str(trail.save(self._parameters.settings.options.output_dir))
 
     def _reconfigure(self, settings: Settings) -> None:
         self._pipeline.configure(settings.config, max_rate_hz=settings.options.max_rate)
