@@ -67,7 +67,7 @@ class RegistrarNode:
         self._leader, self._partner, self._calibration = self._inputs
         self._by_role = {one.role: one for one in self._inputs}
         self._decoder = InputDecoder(settings.config.input, self._by_role["image"].topic)
-        self._reporting = Reporting(self.ros, settings, self._inputs, self.tally, self._pipeline)
+        self._reporting = Reporting(self.ros, self._parameters, self._inputs, self.tally, self._pipeline)
         self._services = Services(
             self.ros,
             reset=self._reset,
