@@ -209,3 +209,17 @@ def test_an_answer_that_cannot_be_published_costs_one_frame(bench: Bench, views)
     bench.send(views[2], 2)
     assert bench.wait(2)[1:] == ["TRACKING"]
     assert [str(failure) for failure in bench.failures] == ["cannot be published"] * 2
+
+
+def test_what_is_returned_is_why_this_observation_could_not_be_used(bench: Bench, views) -> None:
+    image, depth_m = views[0]
+    stamp_ns = bench.send(views[0], 5)
+    now_s = time.monotonic()
+    late = ColourImage(stamp_ns - STEP_NS, "cam", image), DepthImage(stamp_ns, "cam", depth_m)
+    found = [bench.pipeline.add(one, arrived_s=now_s) for one in late]
+    assert [[(one.code, one.leads) for one in refusals] for refusals in found] == [
+        [("STAMP_LATE", True)], [("STAMP_DUPLICATE", False)],
+    ]  # fmt: skip
+    lonely = ColourImage(stamp_ns + STEP_NS, "cam", image), DepthImage(stamp_ns + 3 * STEP_NS, "cam", depth_m)
+    assert [bench.pipeline.add(one, arrived_s=now_s) for one in lonely] == [[], []]
+    assert bench.wait(3).count("REFUSED") == 2, "the late image and the one without depth"

@@ -131,16 +131,19 @@ class RegistrarNode:
         one.monitor.arrive(arrived_s)
         try:
             observation = self._decoder.decode(role, message)  # type: ignore[arg-type]
-            others = self._pipeline.add(observation, arrived_s=arrived_s)
+            refusals = self._pipeline.add(observation, arrived_s=arrived_s)
         except DataError as error:
             self._refuse(one, _stamp_of(message), error.code, str(error))
         except Exception as error:  # whatever a hostile message does, the next one gets its turn
             self._log_failure(error)
             self._refuse(one, _stamp_of(message), "INTERNAL_ERROR", f"{type(error).__name__}: {error}")
         else:
-            for refusal in others:
-                self._reporting.note_refusal(one, refusal.code, refusal.message)
-            if not others:
+            for refusal in refusals:
+                if refusal.leads:  # its answer has been logged
+                    one.monitor.refuse(refusal.code, refusal.message)
+                else:
+                    self._reporting.note_refusal(one, refusal.code, refusal.message)
+            if not refusals:
                 one.monitor.accept(observation.stamp_ns)
             for note in observation.notes:
                 self._reporting.note(one, note)

@@ -68,14 +68,19 @@ class Pipeline:
         return self._worker
 
     def add(self, observation: Observation, *, arrived_s: float) -> list[Refusal]:
-        """Take an observation, arrived at this time (time.monotonic); refusals that are no answers are returned."""
+        """Take an observation, arrived at this time (time.monotonic); returned is why it could not be used, if so.
+
+        Refusals that lead have been answered.
+        """
         found = self._assembler.match(observation)
-        for refusal in found:
-            if isinstance(refusal, Refusal) and refusal.leads:
+        refusals = [one for one in found if isinstance(one, Refusal)]
+        for refusal in refusals:
+            if refusal.leads:
                 self.refuse(refusal.stamp_ns, refusal.code, refusal.message)
         matches = (one for one in found if isinstance(one, Match))
         self._take([_Job(match, self._generation, arrived_s) for match in matches])
-        return [one for one in found if isinstance(one, Refusal) and not one.leads]
+        # Where a partner is missing nothing is wrong with the message; all others are of this observation.
+        return [one for one in refusals if one.code != "UNPAIRED"]
 
     def refuse(self, stamp_ns: int, code: str, message: str) -> None:
         """Answer a leading message that cannot be used; the stamp is 0 where it has none."""
