@@ -32,8 +32,10 @@ from vigg_ros.bags.reader import BagReader, SerialisedMessage
 from vigg_ros.bags.restamping import moved
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.messages.encode import encode_image, encode_tf, encode_transform
+from vigg_ros.messages.points import decode_points
 
 IMAGE, TF = "sensor_msgs/msg/Image", "tf2_msgs/msg/TFMessage"
+POINTS = "sensor_msgs/msg/PointCloud2"
 
 
 def serialised(path: Path, **options) -> list[SerialisedMessage]:
@@ -158,3 +160,48 @@ def test_the_stamps_in_transforms_move_too() -> None:
     assert moved(moved(message, 5), -5).data == message.data
 
 
+
+
+def scan(times: np.ndarray) -> SerialisedMessage:
+    """Points with a time each, as drivers of scanners publish them."""
+    dtype = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("timestamp", times.dtype.newbyteorder("<"))]
+    table = np.zeros(len(times), dtype)
+    table["x"], table["timestamp"] = 3.0, times
+    kinds = {"f4": 7, "f8": 8, "u4": 6}
+    field, header = STORE.types["sensor_msgs/msg/PointField"], STORE.types["std_msgs/msg/Header"]
+    columns = [(name, kind.str[1:], offset) for name, (kind, offset) in table.dtype.fields.items()]
+    fields = [field(name, offset, kinds[kind], 1) for name, kind, offset in columns]
+    stamp = STORE.types["builtin_interfaces/msg/Time"](*divmod(START_NS, 10**9))
+    data = np.frombuffer(table.tobytes(), np.uint8)
+    cloud = STORE.types[POINTS](
+        header(stamp, "lidar"), 1, len(times), fields, False, table.itemsize, table.nbytes, data, True
+    )
+    return SerialisedMessage("/points", POINTS, START_NS, START_NS, bytes(STORE.serialize_cdr(cloud, POINTS)))
+
+
+@pytest.mark.parametrize("unit_s", [1.0, 1e-6, 1e-9])
+def test_times_of_points_by_the_clock_move_with_the_stamp(unit_s: float) -> None:
+    offsets_s = np.linspace(0.0, 0.1, 50)
+    after = moved(scan((START_NS * 1e-9 + offsets_s) / unit_s), 10**17)
+    cloud = decode_points(STORE.deserialize_cdr(after.data, POINTS))
+    assert cloud.stamp_ns == after.stamp_ns == START_NS + 10**17
+    # float64 resolves times since 1970 to 0.24 us, in seconds as in nanoseconds; here it is rounded a few times.
+    np.testing.assert_allclose(cloud.times_s, offsets_s, atol=2e-6)
+
+
+@pytest.mark.parametrize(
+    "times", [np.linspace(0, 0.1, 9, dtype="f4"), np.arange(0, 10**8, 10**7, dtype="u4"), np.zeros(9)]
+)
+def test_times_of_points_from_the_stamp_stay(times: np.ndarray) -> None:
+    before = scan(times)
+    after = moved(before, 10**17)
+    assert stamp_of(after) == START_NS + 10**17
+    assert after.data[12:] == before.data[12:]
+
+
+def test_a_cloud_with_a_fault_keeps_it() -> None:
+    before = scan(np.linspace(0, 0.1, 9) + START_NS * 1e-9)
+    cloud = STORE.deserialize_cdr(before.data, POINTS)
+    cloud.data = cloud.data[:-5]
+    short = replace(before, data=bytes(STORE.serialize_cdr(cloud, POINTS)))
+    assert moved(short, 10**17).data[12:] == short.data[12:]

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,21 @@ def test_max_rate_skips_frames_by_their_stamps(running: NodeProcess, peer: Peer)
     states = [send_and_wait(peer, frame(number))["state"] for number in range(7)]
     assert states == ["STARTED", "SKIPPED", "SKIPPED", "TRACKING", "SKIPPED", "SKIPPED", "TRACKING"]
     change(peer, max_rate=0.0)
+
+
+def test_the_silence_of_a_low_max_rate_is_no_error(running: NodeProcess, peer: Peer) -> None:
+    peer.call("reset")
+    peer.clear()
+    assert change(peer, max_rate=0.1)[0]
+    assert send_and_wait(peer, frame(0))["state"] == "STARTED"
+    end_s = time.monotonic() + 5.0  # SILENCE_S and more, but less than a period
+    number = 0
+    while time.monotonic() < end_s:
+        number += 1
+        assert send_and_wait(peer, frame(number))["state"] == "SKIPPED"
+        time.sleep(0.1)
+    assert not peer.statuses("WAITING")
+    assert change(peer, max_rate=0.0)[0]
 
 
 def test_parameters_are_described_with_their_ranges(running: NodeProcess, peer: Peer) -> None:

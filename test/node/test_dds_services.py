@@ -35,6 +35,17 @@ def test_reset_begins_a_new_session_at_the_origin(node: NodeProcess, peer: Peer)
     np.testing.assert_array_equal(vector_of(peer.heard["pose"][-1]), [0, 0, 0, 0, 0, 0, 1])
 
 
+def test_reset_takes_the_path_and_the_cloud_of_the_keyframe_away(node: NodeProcess, peer: Peer) -> None:
+    send_and_wait(peer, frame(0))
+    peer.wait(lambda: any(cloud.width for cloud in peer.heard["keyframe_points"]), "the cloud of the first frame")
+    peer.wait(lambda: any(path.poses for path in peer.heard["path"]), "a path")
+    peer.call("reset")
+    peer.wait(lambda: peer.heard["keyframe_points"][-1].width == 0, "a cloud without points", 5.0)
+    peer.wait(lambda: not peer.heard["path"][-1].poses, "a path without poses", 5.0)
+    cloud = peer.heard["keyframe_points"][-1]
+    assert (cloud.header.frame_id, stamp_of(cloud)) == ("odom", stamp_of_frame(0))
+
+
 def test_new_keyframe_takes_the_next_frame_however_near(node: NodeProcess, peer: Peer) -> None:
     send_and_wait(peer, frame(0))
     assert send_and_wait(peer, frame(1))["new_keyframe"] == "False"

@@ -75,6 +75,16 @@ def test_a_rate_limit_goes_by_stamps(limit_hz: float, passed: int) -> None:
     assert passed <= sum(limit.allows(stamp, 0) for stamp in stamps) <= passed + 1
 
 
+def test_a_higher_rate_holds_from_the_next_frame_on() -> None:
+    limit = RateLimit(0.02)
+    assert limit.allows(0, 0)
+    assert not limit.allows(10**9, 0)
+    limit.max_rate_hz = 30.0
+    assert limit.allows(10**9 + PERIOD_NS, 0)
+    assert limit.allows(10**9 + 2 * PERIOD_NS, 0)
+    assert not limit.allows(10**9 + 2 * PERIOD_NS + PERIOD_NS // 2, 0)
+
+
 def test_the_first_frame_of_a_session_always_passes() -> None:
     limit = RateLimit(1.0)
     assert limit.allows(100, 0)

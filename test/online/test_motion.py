@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.online.mount import Mount, MountFinder, patient
+from vigg_ros.online.mount import MOUNTS, Mount, MountFinder, patient
 from vigg_ros.online.twist import Placed, se3_log, twist_between
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
@@ -134,3 +134,19 @@ def test_rotations_of_half_a_turn_have_a_logarithm() -> None:
     T = np.eye(4)
     T[:3, :3] = Rotation.from_rotvec([np.pi, 0, 0]).as_matrix()
     np.testing.assert_allclose(np.abs(se3_log(T)), [0, 0, 0, np.pi, 0, 0], atol=1e-9)
+
+
+def test_mounts_are_remembered_for_the_latest_frames_only() -> None:
+    asked: list[str] = []
+
+    def lookup(target: str, source: str) -> NDArray[np.float64]:
+        asked.append(source)
+        return np.eye(4)
+
+    find = MountFinder("base_link", lookup)
+    for number in range(10 * MOUNTS):
+        find(f"cam_{number}")
+        find(f"cam_{number}")
+    assert len(asked) == 10 * MOUNTS, "each is looked up once"
+    find("cam_0")
+    assert asked[-1] == "cam_0", "and again after it was forgotten"

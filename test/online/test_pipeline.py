@@ -37,6 +37,8 @@ class Bench:
     def __init__(self, find_mount: Callable[[str], Mount]) -> None:
         self.answers: list[Answer] = []
         self.failures: list[BaseException] = []
+        self.unpublishable = 0
+        """So many answers more cannot be published."""
         self.hold = threading.Event()
         self.hold.set()
         self._find_mount = find_mount
@@ -44,7 +46,7 @@ class Bench:
             CHEAP,
             extrinsics=None,
             find_mount=self._mount,
-            publish=self.answers.append,
+            publish=self._publish,
             failed=self.failures.append,
         )
         self.pipeline.worker.start()
@@ -54,6 +56,12 @@ class Bench:
         """Where the worker is stopped by the tests: after it has built a frame, before it registers it."""
         assert self.hold.wait(30.0)
         return self._find_mount(frame_id)
+
+    def _publish(self, answer: Answer) -> None:
+        if self.unpublishable:
+            self.unpublishable -= 1
+            raise OSError("cannot be published")
+        self.answers.append(answer)
 
     def send(self, view: tuple[NDArray[np.uint8], NDArray[np.float32]], number: int) -> int:
         stamp_ns = START_NS + number * STEP_NS
@@ -68,6 +76,12 @@ class Bench:
             assert time.monotonic() < end_s, f"only {self.answers}"
             time.sleep(0.005)
         return [answer.state for answer in self.answers]
+
+    def wait_until_idle(self) -> None:
+        end_s = time.monotonic() + 60.0
+        while self.pipeline.worker.is_busy:
+            assert time.monotonic() < end_s
+            time.sleep(0.005)
 
     def wait_until_busy(self) -> None:
         end_s = time.monotonic() + 60.0
@@ -172,3 +186,40 @@ def test_stamps_that_do_not_ascend_are_refused_until_a_reset(bench: Bench, views
     bench.pipeline.reset()
     bench.send(views[1], 4)
     assert bench.wait(4)[-1] == "STARTED"
+
+
+def test_a_reset_lets_the_next_frame_pass_the_limit_of_the_rate(bench: Bench, views) -> None:
+    bench.pipeline.configure(CHEAP, max_rate_hz=5.0)
+    bench.send(views[0], 1500)
+    bench.send(views[1], 1501)
+    assert sorted(bench.wait(2)) == ["SKIPPED", "STARTED"]
+    bench.pipeline.reset()
+    bench.send(views[2], 0)  # 100 s earlier, as when a recording is played again
+    assert bench.wait(3)[-1] == "STARTED"
+
+
+def test_an_answer_that_cannot_be_published_costs_one_frame(bench: Bench, views) -> None:
+    bench.unpublishable = 1
+    bench.send(views[0], 0)
+    assert bench.wait(1) == ["REFUSED"]
+    assert bench.answers[0].reason == "INTERNAL_ERROR"
+    bench.unpublishable = 2  # the answer, and the one that tells of the failure
+    bench.send(views[1], 1)
+    bench.wait_until_idle()
+    bench.send(views[2], 2)
+    assert bench.wait(2)[1:] == ["TRACKING"]
+    assert [str(failure) for failure in bench.failures] == ["cannot be published"] * 2
+
+
+def test_what_is_returned_is_why_this_observation_could_not_be_used(bench: Bench, views) -> None:
+    image, depth_m = views[0]
+    stamp_ns = bench.send(views[0], 5)
+    now_s = time.monotonic()
+    late = ColourImage(stamp_ns - STEP_NS, "cam", image), DepthImage(stamp_ns, "cam", depth_m)
+    found = [bench.pipeline.add(one, arrived_s=now_s) for one in late]
+    assert [[(one.code, one.leads) for one in refusals] for refusals in found] == [
+        [("STAMP_LATE", True)], [("STAMP_DUPLICATE", False)],
+    ]  # fmt: skip
+    lonely = ColourImage(stamp_ns + STEP_NS, "cam", image), DepthImage(stamp_ns + 3 * STEP_NS, "cam", depth_m)
+    assert [bench.pipeline.add(one, arrived_s=now_s) for one in lonely] == [[], []]
+    assert bench.wait(3).count("REFUSED") == 2, "the late image and the one without depth"

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from vigg_ros.online import trail as trail_module
 from vigg_ros.online.trail import SaveError, Trail
@@ -87,3 +89,43 @@ def test_an_existing_file_or_link_is_never_overwritten(tmp_path: Path, monkeypat
     with pytest.raises(SaveError, match="exists"):
         with_poses(2).save(str(tmp_path))
     assert target.read_text() == "kept"
+
+
+def test_a_file_has_its_name_only_when_it_is_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = with_poses(3)
+    seen: list[list[str]] = []
+
+    def lines(trail: Trail) -> Iterator[str]:
+        seen.append([path.suffix for path in tmp_path.iterdir()])
+        yield "# session 0"
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Trail, "lines", lines)
+    with pytest.raises(SaveError, match="No space left on device; check output_dir"):
+        one.save(str(tmp_path))
+    assert seen == [[".part"]]
+    assert not list(tmp_path.iterdir()), "nothing half written is left"
+
+
+def test_a_copy_stays_as_it_was_while_poses_are_added() -> None:
+    one = with_poses(250, capacity=100)
+    before = list(one.lines())
+    copied = one.copy()
+    one.add(7, 0, moved(7))
+    assert list(copied.lines()) == before
+    assert list(one.lines())[-1].startswith("0.000000007 7.0")
+    one.add(5, 3, moved(0))
+    assert list(copied.lines()) == before
+
+
+def test_many_poses_are_written_as_each_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trail_module, "_BLOCK", 7)
+    one, expected = Trail(), ["# session 0"]
+    for number, rotation in enumerate(Rotation.random(50, random_state=3)):
+        T_odom_frame = moved(number)
+        T_odom_frame[:3, :3] = rotation.as_matrix()
+        one.add(number, 0, T_odom_frame)
+        quaternion = rotation.as_quat(canonical=True)
+        numbers = (number, 0, 0, *quaternion)
+        expected.append(f"0.{number:09d} " + " ".join(f"{value:.9f}" for value in numbers))
+    assert list(one.lines()) == expected

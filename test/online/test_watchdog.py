@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from vigg_ros.online.watchdog import Facts, InputFacts, Offer, explain
+from vigg_ros.online.watchdog import Facts, InputFacts, Offer, explain, patience_s
 
 IMAGE = Offer("sensor_msgs/msg/Image", reliable=True)
 INFO = Offer("sensor_msgs/msg/CameraInfo", reliable=True)
@@ -54,6 +54,11 @@ def test_a_cause_is_named_with_its_remedy(facts: Facts, code: str, words: str) -
     (finding,) = explain(facts)
     assert finding.code == code
     assert words in str(finding)
+
+
+@pytest.mark.parametrize(("max_rate_hz", "expected_s"), [(0.0, 3.5), (30.0, 3.5), (0.5, 3.5), (0.1, 15.0)])
+def test_a_low_limit_of_the_rate_is_waited_for(max_rate_hz: float, expected_s: float) -> None:
+    assert patience_s(max_rate_hz) == pytest.approx(expected_s)
 
 
 def test_each_input_has_its_own_cause() -> None:

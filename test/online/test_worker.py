@@ -105,3 +105,24 @@ def test_the_thread_prepares_before_the_first_job() -> None:
     assert worker.ready.wait(10.0)
     worker.stop(10.0)
     assert order[0] == "prepared"
+
+
+def test_a_failure_that_cannot_be_reported_does_not_end_the_thread(caplog: pytest.LogCaptureFixture) -> None:
+    done = threading.Event()
+
+    def work(job: int) -> None:
+        if job < 0:
+            raise ValueError("no such job")
+        done.set()
+
+    def failed(error: BaseException) -> None:
+        raise OSError("no place to say so")
+
+    worker: Worker[int] = Worker(work, failed=failed)
+    worker.offer([-1, 2])
+    worker.start()
+    assert done.wait(10.0)
+    assert worker.stop(10.0)
+    assert not worker.is_busy
+    assert "no such job" in caplog.text
+    assert "no place to say so" in caplog.text

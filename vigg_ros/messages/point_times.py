@@ -32,18 +32,30 @@ def point_times(column: NDArray[Any], stamp_ns: int) -> tuple[NDArray[np.float64
     low, high = column.min(), column.max()
     if low == high:
         return None, ()
+    reading = _reading(low, high, stamp_ns)
+    if reading is None:
+        return None, (_unclear(low, high),)
+    seconds, zero = reading
+    return (column.astype(np.float64) - zero) * seconds, ()
+
+
+def clock_unit_s(column: NDArray[Any], stamp_ns: int) -> float | None:
+    """The unit, in seconds, of the numbers (N,) where they are times of the clock; None where they are not."""
+    reading = _reading(column.min(), column.max(), stamp_ns)
+    return None if reading is None or reading[1] == 0 else reading[0]
+
+
+def _reading(low: Any, high: Any, stamp_ns: int) -> tuple[float, float] | None:
+    """Unit in seconds, and the number that stands for the stamp; None if no reading is plausible."""
     readings = [
         (seconds, zero)
         for seconds in _UNITS_S
         for zero in (0.0, stamp_ns * 1e-9 / seconds)
         if _is_plausible(float(low) - zero, float(high) - zero, seconds)
     ]
-    if not readings:
-        return None, (_unclear(low, high),)
     # In the first seconds of a simulation's clock both an offset and a time of the clock are small; the
     # right one begins nearer to the stamp.
-    seconds, zero = min(readings, key=lambda reading: abs(float(low) - reading[1]) * reading[0])
-    return (column.astype(np.float64) - zero) * seconds, ()
+    return min(readings, key=lambda reading: abs(float(low) - reading[1]) * reading[0], default=None)
 
 
 def _is_plausible(low: float, high: float, seconds: float) -> bool:

@@ -11,11 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.messages.header import NS_PER_S
-from vigg_ros.messages.rotation import quaternion_from_rotation
+from vigg_ros.messages.rotation import quaternions_from_rotations
+
+_LINE = "%d.%09d" + " %.9f" * 7
 
 
 def tum_line(stamp_ns: int, T_world_sensor: NDArray[np.float64]) -> str:
-    """Stamp (s), position (m), quaternion x y z w; the stamp from integer nanoseconds, all nine digits of them."""
-    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
-    numbers = (*T_world_sensor[:3, 3], *quaternion_from_rotation(T_world_sensor[:3, :3]))
-    return f"{seconds}.{nanoseconds:09d} " + " ".join(f"{number:.9f}" for number in numbers)
+    """The line of one pose (4, 4); see ``tum_lines``."""
+    return tum_lines(np.array([stamp_ns]), T_world_sensor[None])[0]
+
+
+def tum_lines(stamps_ns: NDArray[np.int64], T_world_sensor: NDArray[np.float64]) -> list[str]:
+    """Stamp (s), position (m), quaternion x y z w of stamps (N,) and poses (N, 4, 4) or their upper rows (N, 3, 4).
+
+    The stamps are from integer nanoseconds, all nine digits of them.
+    """
+    seconds, nanoseconds = np.divmod(stamps_ns, NS_PER_S)
+    numbers = np.hstack((T_world_sensor[:, :3, 3], quaternions_from_rotations(T_world_sensor[:, :3, :3])))
+    rows = zip(seconds.tolist(), nanoseconds.tolist(), numbers.tolist(), strict=True)
+    return [_LINE % (second, nanosecond, *row) for second, nanosecond, row in rows]

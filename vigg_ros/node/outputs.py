@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry, Path
@@ -88,7 +89,10 @@ class Outputs:
             self._path.publish(Path(header=poses[-1].header, poses=poses))
 
     def forget(self) -> None:
-        """Begin a new path, and show that the old one holds no more; a reset asks for it."""
+        """Begin a new path, and show that the old one and its keyframe hold no more; a reset asks for it."""
+        if self._reference is not None:
+            nothing = encode.encode_points(np.empty((0, 3)), stamp_ns=self._reference[1], frame_id=self._odom_frame)
+            self._keyframe_points.publish(ros(nothing))
         self._last = self._reference = None
         header = self._poses.clear()
         if header is not None:

@@ -67,13 +67,14 @@ class RegistrarNode:
         self._leader, self._partner, self._calibration = self._inputs
         self._by_role = {one.role: one for one in self._inputs}
         self._decoder = InputDecoder(settings.config.input, self._by_role["image"].topic)
-        self._reporting = Reporting(self.ros, settings, self._inputs, self.tally, self._pipeline)
+        self._reporting = Reporting(self.ros, self._parameters, self._inputs, self.tally, self._pipeline)
         self._services = Services(
             self.ros,
             reset=self._reset,
             request_keyframe=self._pipeline.request_keyframe,
             pause=self._pipeline.pause,
             save=self._save,
+            failed=self._log_failure,
         )
 
     def start(self) -> None:
@@ -122,21 +123,27 @@ class RegistrarNode:
                 self._reporting.note_publishers(one)
 
     def _receive(self, role: str, message: Any) -> None:
+        self._guarded(partial(self._take, role, message))
+
+    def _take(self, role: str, message: Any) -> None:
         one = self._by_role[role]
         arrived_s = time.monotonic()
         one.monitor.arrive(arrived_s)
         try:
             observation = self._decoder.decode(role, message)  # type: ignore[arg-type]
-            others = self._pipeline.add(observation, arrived_s=arrived_s)
+            refusals = self._pipeline.add(observation, arrived_s=arrived_s)
         except DataError as error:
             self._refuse(one, _stamp_of(message), error.code, str(error))
         except Exception as error:  # whatever a hostile message does, the next one gets its turn
             self._log_failure(error)
             self._refuse(one, _stamp_of(message), "INTERNAL_ERROR", f"{type(error).__name__}: {error}")
         else:
-            for refusal in others:
-                self._reporting.note_refusal(one, refusal.code, refusal.message)
-            if not others:
+            for refusal in refusals:
+                if refusal.leads:  # its answer has been logged
+                    one.monitor.refuse(refusal.code, refusal.message)
+                else:
+                    self._reporting.note_refusal(one, refusal.code, refusal.message)
+            if not refusals:
                 one.monitor.accept(observation.stamp_ns)
             for note in observation.notes:
                 self._reporting.note(one, note)
@@ -149,13 +156,14 @@ class RegistrarNode:
     def _publish(self, answer: Answer) -> None:
         """One answer; the pipeline sees to it that this never runs twice at a time."""
         with self._lock:
-            self.tally.add(answer, time.monotonic())
             if answer.registered is not None:
                 self._publish_pose(answer.registered)
+            self.tally.add(answer, time.monotonic())
             self._outputs.publish_status(self._reporting.frame_status(answer))
+            # With its status the frame has its answer: what fails from here on must not give it a second one.
             if answer.registered is not None:
-                self._outputs.publish_views(answer.registered)
-            self._reporting.log_answer(answer)
+                self._guarded(partial(self._outputs.publish_views, answer.registered))
+            self._guarded(partial(self._reporting.log_answer, answer))
 
     def _publish_pose(self, registered: Registered) -> None:
         pose, estimate = registered.pose, registered.estimate
@@ -196,8 +204,9 @@ class RegistrarNode:
             self._outputs.forget()
 
     def _save(self) -> str:
-        with self._lock:
-            return str(self._trail.save(self._parameters.settings.options.output_dir))
+        with self._lock:  # which answers wait for, so nothing is written under it
+            trail = self._trail.copy()
+        return str(trail.save(self._parameters.settings.options.output_dir))
 
     def _reconfigure(self, settings: Settings) -> None:
         self._pipeline.configure(settings.config, max_rate_hz=settings.options.max_rate)

@@ -11,6 +11,7 @@ from rclpy.node import Node
 
 from vigg_ros.messages.fields import Message
 from vigg_ros.node.inputs import InputTopic, has_publisher
+from vigg_ros.node.parameters import NodeParameters
 from vigg_ros.online.answer import Answer, Fate
 from vigg_ros.online.monitor import offset_s
 from vigg_ros.online.parameters import Settings
@@ -18,7 +19,7 @@ from vigg_ros.online.pipeline import Pipeline
 from vigg_ros.online.status import frame_status, input_status, registration_status, waiting_status
 from vigg_ros.online.tally import Tally
 from vigg_ros.online.throttle import Throttle
-from vigg_ros.online.watchdog import PROFILE_REMEDY, SILENCE_S, Facts, Finding, explain
+from vigg_ros.online.watchdog import PROFILE_REMEDY, SILENCE_S, Facts, Finding, explain, patience_s
 from vigg_ros.tracking.observation import Note
 from vigg_ros.tracking.registrar import State
 
@@ -36,17 +37,18 @@ class Reporting:
     DIAGNOSTICS_PERIOD_S = 1.0
 
     def __init__(
-        self, node: Node, settings: Settings, inputs: list[InputTopic], tally: Tally, pipeline: Pipeline
+        self, node: Node, parameters: NodeParameters, inputs: list[InputTopic], tally: Tally, pipeline: Pipeline
     ) -> None:
         self._node = node
         self._name = node.get_fully_qualified_name().strip("/")
-        self._settings = settings
+        self._parameters = parameters
         self._inputs = inputs
         self._tally = tally
         self._pipeline = pipeline
         self._throttle = Throttle(LOG_PERIOD_S)
         self._notes: set[tuple[str, str]] = set()
         self._began_s = time.monotonic()
+        self._patience_s = SILENCE_S
         self._findings: list[Finding] = []
         self._state = ""
         self._lost_before = 0
@@ -114,10 +116,9 @@ class Reporting:
         now_s = time.monotonic()
         self._check_clock(now_s)
         self._check_gaps()
-        if self._pipeline.is_paused:
-            self._began_s = now_s  # silence is what was asked for
+        self._allow_for_silence(now_s)
         last_s = max(self._began_s, self._tally.last_pose_s or 0.0)
-        self._findings = self._explain(leader, partner, now_s) if now_s - last_s >= SILENCE_S else []
+        self._findings = self._explain(leader, partner, now_s) if now_s - last_s >= self._patience_s else []
         if not self._findings:
             return None
         held = self._throttle.due("silence " + " ".join(one.code for one in self._findings), now_s)
@@ -141,6 +142,17 @@ class Reporting:
         """An error of this package, with its place, so that it can be reported."""
         place = "".join(traceback.format_exception(error))
         self._warn(f"failure {type(error).__name__}", f"internal error, please report it:\n{place}", error=True)
+
+    @property
+    def _settings(self) -> Settings:
+        """Those of now: some change while the node runs."""
+        return self._parameters.settings
+
+    def _allow_for_silence(self, now_s: float) -> None:
+        """While paused, silence is what was asked for; another max_rate asks for poses from now on."""
+        before_s, self._patience_s = self._patience_s, patience_s(self._settings.options.max_rate)
+        if self._pipeline.is_paused or self._patience_s != before_s:
+            self._began_s = now_s
 
     def _explain(self, leader: InputTopic, partner: InputTopic, now_s: float) -> list[Finding]:
         last = self._tally.last

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
@@ -23,35 +24,39 @@ class Services:
         request_keyframe: Callable[[], None],
         pause: Callable[[bool], None],
         save: Callable[[], str],
+        failed: Callable[[BaseException], None],
     ) -> None:
         self._reset = reset
         self._request_keyframe = request_keyframe
         self._pause = pause
         self._save = save
+        self._failed = failed
         node.create_service(Trigger, "~/reset", self._on_reset)
         node.create_service(Trigger, "~/new_keyframe", self._on_new_keyframe)
         node.create_service(SetBool, "~/pause", self._on_pause)
         node.create_service(Trigger, "~/save_trajectory", self._on_save)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._reset()
-        response.success, response.message = True, "a new session begins with the next frame"
-        return response
+        return self._answer(response, self._reset, "a new session begins with the next frame")
 
     def _on_new_keyframe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._request_keyframe()
-        response.success, response.message = True, "the next frame that is tracked becomes the reference keyframe"
-        return response
+        text = "the next frame that is tracked becomes the reference keyframe"
+        return self._answer(response, self._request_keyframe, text)
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._pause(request.data)
-        response.success, response.message = True, "paused" if request.data else "running"
-        return response
+        return self._answer(response, lambda: self._pause(request.data), "paused" if request.data else "running")
 
     def _on_save(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, self._save)
+
+    def _answer(self, response: Any, act: Callable[[], str | None], text: str = "") -> Any:
+        """Act and say so: with what the action returns, or else this text."""
         try:
-            response.message = self._save()
+            response.message = act() or text
             response.success = True
         except SaveError as error:
             response.success, response.message = False, str(error)
+        except Exception as error:  # rclpy would end the process for it
+            self._failed(error)
+            response.success, response.message = False, f"internal error: {type(error).__name__}: {error}"
         return response

@@ -4,11 +4,10 @@
 
 from __future__ import annotations
 
-import threading
+import time
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.time import Time
@@ -16,6 +15,7 @@ from rclpy.time import Time
 from vigg_ros.messages.encode import encode_transform
 from vigg_ros.messages.stamped_pose import decode_transform
 from vigg_ros.node.classes import ros
+from vigg_ros.online.parents import ParentWatch
 from vigg_ros.registration.errors import ConfigError, DataError
 
 
@@ -35,8 +35,7 @@ class Transforms:
         self._buffer: Any = tf2_ros.Buffer(node=node)
         self._listener = tf2_ros.TransformListener(self._buffer, node)
         self._broadcaster = tf2_ros.TransformBroadcaster(node)
-        self._lock = threading.Lock()
-        self._parents: dict[str, str | None] = {}
+        self._parents = ParentWatch(self._buffer.all_frames_as_yaml)
 
     def lookup(self, target: str, source: str) -> NDArray[np.float64] | None:
         """The latest T_target_source, None while TF does not know it; does not wait. Raises DataError."""
@@ -55,16 +54,8 @@ class Transforms:
 
     def publish(self, T_odom_base: NDArray[np.float64], *, stamp_ns: int, odom: str, base: str) -> str | None:
         """Publish a transform on /tf, unless the base has another parent there: then its name is returned."""
-        parent = self._parent(base, odom)
+        parent = self._parents.other_parent(base, odom, time.monotonic())
         if parent is None:
             message = encode_transform(T_odom_base, stamp_ns=stamp_ns, frame_id=odom, child_frame_id=base)
             self._broadcaster.sendTransform(ros(message))
         return parent
-
-    def _parent(self, base: str, odom: str) -> str | None:
-        """The parent that somebody else gives to the base; looked up once, before the first own transform."""
-        if base not in self._parents:
-            known = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
-            parent = known.get(base, {}).get("parent") if isinstance(known, dict) else None
-            self._parents[base] = None if parent == odom else parent
-        return self._parents[base]

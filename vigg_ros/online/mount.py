@@ -18,6 +18,9 @@ from vigg_ros.tracking.extrinsics import Lookup
 
 POLL_S = 0.01
 
+MOUNTS = 16
+"""So many are remembered: a driver that counts in its frame names must not fill the memory."""
+
 
 @dataclass(frozen=True, slots=True)
 class Mount:
@@ -49,7 +52,7 @@ def patient(lookup: Lookup, timeout_s: float, wait: Callable[[float], object] = 
 
 
 class MountFinder:
-    """Looks up where each sensor stands on the base, once for each frame name."""
+    """Looks up where each sensor stands on the base, once for each of the latest MOUNTS frame names."""
 
     def __init__(self, base_frame: str, lookup: Lookup) -> None:
         self._base_frame = base_frame
@@ -58,13 +61,15 @@ class MountFinder:
 
     def __call__(self, frame_id: str) -> Mount:
         """The mount of the sensor with this frame. Raises DataError while TF does not know it."""
+        if not self._base_frame or frame_id == self._base_frame:
+            return Mount(np.eye(4))
         if frame_id not in self._found:
             self._found[frame_id] = Mount(self._look_up(frame_id))
+            if len(self._found) > MOUNTS:
+                del self._found[next(iter(self._found))]
         return self._found[frame_id]
 
     def _look_up(self, frame_id: str) -> NDArray[np.float64]:
-        if not self._base_frame or frame_id == self._base_frame:
-            return np.eye(4)
         T_base_sensor = self._lookup(self._base_frame, frame_id)
         if T_base_sensor is None:
             raise DataError(

@@ -34,7 +34,7 @@ class Pipeline:
 
     Matching happens in the caller's thread; frames are built and registered in a worker's, where ``publish`` is
     called too. ``publish`` never runs twice at a time, and never again with a pose from before a reset that has
-    returned.
+    returned. It may raise where the answer was not published: the frame is then answered with an INTERNAL_ERROR.
     """
 
     def __init__(
@@ -68,14 +68,19 @@ class Pipeline:
         return self._worker
 
     def add(self, observation: Observation, *, arrived_s: float) -> list[Refusal]:
-        """Take an observation, arrived at this time (time.monotonic); refusals that are no answers are returned."""
+        """Take an observation, arrived at this time (time.monotonic); returned is why it could not be used, if so.
+
+        Refusals that lead have been answered.
+        """
         found = self._assembler.match(observation)
-        for refusal in found:
-            if isinstance(refusal, Refusal) and refusal.leads:
+        refusals = [one for one in found if isinstance(one, Refusal)]
+        for refusal in refusals:
+            if refusal.leads:
                 self.refuse(refusal.stamp_ns, refusal.code, refusal.message)
         matches = (one for one in found if isinstance(one, Match))
         self._take([_Job(match, self._generation, arrived_s) for match in matches])
-        return [one for one in found if isinstance(one, Refusal) and not one.leads]
+        # Where a partner is missing nothing is wrong with the message; all others are of this observation.
+        return [one for one in refusals if one.code != "UNPAIRED"]
 
     def refuse(self, stamp_ns: int, code: str, message: str) -> None:
         """Answer a leading message that cannot be used; the stamp is 0 where it has none."""
@@ -130,7 +135,7 @@ class Pipeline:
         if self._paused:
             self._end(job, Fate.PAUSED, "PAUSED", "the node is paused; ~/pause with data: false resumes")
             return False
-        if not self._rate_limit.allows(job.match.stamp_ns, job.match.session):
+        if not self._rate_limit.allows(job.match.stamp_ns, job.match.session + job.generation):
             self._end(job, Fate.SKIPPED, "MAX_RATE", "it came sooner after the last one than max_rate allows")
             return False
         return True
@@ -191,6 +196,9 @@ class Pipeline:
         warm_up(self._config, with_points=self._with_points)
 
     def _fail(self, error: BaseException) -> None:
-        self._report_failure(error)
-        if self._running is not None:
-            self._end(self._running, Fate.REFUSED, "INTERNAL_ERROR", f"{type(error).__name__}: {error}")
+        job, self._running = self._running, None
+        try:
+            self._report_failure(error)
+        finally:
+            if job is not None:
+                self._end(job, Fate.REFUSED, "INTERNAL_ERROR", f"{type(error).__name__}: {error}")

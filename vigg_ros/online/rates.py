@@ -19,17 +19,19 @@ class RateLimit:
     def __init__(self, max_rate_hz: float = 0.0) -> None:
         self.max_rate_hz = max_rate_hz
         self._session: int | None = None
-        self._due_ns = 0.0
+        self._place_ns = 0.0
+        """Where the last frame that passed stands in the regular grid; the rate may change after it."""
 
     def allows(self, stamp_ns: int, session: int) -> bool:
         """Whether this frame is to be registered; the first one of a session always is."""
         if self.max_rate_hz <= 0:
             return True
         period_ns = 1e9 / self.max_rate_hz
-        if session == self._session and stamp_ns < self._due_ns - JITTER * period_ns:
+        due_ns = self._place_ns + period_ns
+        if session == self._session and stamp_ns < due_ns - JITTER * period_ns:
             return False
-        on_time = session == self._session and stamp_ns < self._due_ns + period_ns
-        self._due_ns = (self._due_ns if on_time else stamp_ns) + period_ns
+        on_time = session == self._session and stamp_ns < due_ns + period_ns
+        self._place_ns = due_ns if on_time else float(stamp_ns)
         self._session = session
         return True
 

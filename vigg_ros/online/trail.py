@@ -12,11 +12,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.messages.tum import tum_line
+from vigg_ros.messages.tum import tum_lines
 from vigg_ros.registration.errors import ViggError
 
 CAPACITY = 500_000
 """Poses kept, the newest ones: 55 MB, over four hours at 30 Hz."""
+
+_BLOCK = 10_000
+"""Poses that are turned into lines at a time: all at once would take several times their memory."""
 
 
 class SaveError(ViggError):
@@ -54,12 +57,20 @@ class Trail:
         self._stamps_ns.append(stamp_ns)
         self._rows.extend(T_odom_frame[:3].ravel().tolist())
 
+    def copy(self) -> Trail:
+        """The poses of now, to be saved while others are added here: that takes seconds, and copying none."""
+        other = Trail(self._capacity)
+        other._session, other.forgotten = self._session, self.forgotten
+        other._stamps_ns, other._rows = self._stamps_ns[:], self._rows[:]
+        return other
+
     def lines(self) -> Iterator[str]:
         """The poses as lines of a TUM file."""
         yield f"# session {self._session}" + (f", without its first {self.forgotten} poses" if self.forgotten else "")
-        rows = np.array(self._rows).reshape(-1, 3, 4)
-        for stamp_ns, upper in zip(self._stamps_ns, rows, strict=True):
-            yield tum_line(stamp_ns, np.vstack((upper, (0.0, 0.0, 0.0, 1.0))))
+        for begin in range(0, len(self), _BLOCK):
+            end = begin + _BLOCK
+            rows = np.array(self._rows[12 * begin : 12 * end]).reshape(-1, 3, 4)
+            yield from tum_lines(np.array(self._stamps_ns[begin:end]), rows)
 
     def save(self, folder: str) -> Path:
         """Write a new file into an existing folder and say where. Raises SaveError; never overwrites."""
@@ -70,8 +81,20 @@ class Trail:
         name = f"trajectory_{datetime.now():%Y%m%d_%H%M%S_%f}_session{self._session}.tum"
         path = Path(folder).expanduser().resolve() / name
         try:
-            with path.open("x", encoding="utf-8") as file:
-                file.writelines(f"{line}\n" for line in self.lines())
+            _write_whole(path, self.lines())
         except OSError as error:
             raise SaveError(f"{path} cannot be written: {error.strerror}; check output_dir") from error
         return path
+
+
+def _write_whole(path: Path, lines: Iterator[str]) -> None:
+    """Write a new file that has its name only when it is complete: the process may be killed while it writes."""
+    partial = path.with_name(f".{path.name}.part")
+    with partial.open("x", encoding="utf-8") as file:
+        try:
+            file.writelines(f"{line}\n" for line in lines)
+            file.flush()
+            path.touch(exist_ok=False)  # claims the name; a hard link would too, but not on every file system
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)

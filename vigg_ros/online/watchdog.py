@@ -78,6 +78,11 @@ class Facts:
     """Input topics of the other geometry that somebody publishes."""
 
 
+def patience_s(max_rate_hz: float) -> float:
+    """How long nothing may be published where frames are registered at this rate at most; 0 for all of them."""
+    return SILENCE_S if max_rate_hz <= 0 else max(SILENCE_S, 1.5 / max_rate_hz)
+
+
 def explain(facts: Facts) -> list[Finding]:
     """The causes, at most one for each input; those of the frames as a whole where every input is well."""
     inputs = [finding for one in facts.inputs for finding in [_of_input(one, facts)] if finding is not None]

@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Generic, TypeVar
 
 _Job = TypeVar("_Job")
+_LOG = logging.getLogger(__name__)
 
 
 class Worker(Generic[_Job]):
@@ -74,10 +76,12 @@ class Worker(Generic[_Job]):
             self._guarded(self._prepare)
         self.ready.set()
         while (job := self._next()) is not None:
-            self._guarded(self._work, job)
-            with self._changed:
-                self._current = None
-                self._advance()
+            try:
+                self._guarded(self._work, job)
+            finally:
+                with self._changed:
+                    self._current = None
+                    self._advance()
 
     def _advance(self) -> None:
         """Give the first job that waits to a thread without one; with the lock held."""
@@ -95,4 +99,10 @@ class Worker(Generic[_Job]):
         try:
             function(*arguments)
         except Exception as error:  # the border of the thread: whatever it is, the next frame gets its turn
+            self._report(error)
+
+    def _report(self, error: Exception) -> None:
+        try:
             self._failed(error)
+        except Exception:  # told where it can still be told; the thread lives on
+            _LOG.exception("a failure of the registration thread could not be reported: %r", error)
