@@ -28,12 +28,16 @@ SAME = 0.05
 """Squared distance of unit descriptors up to which two show the same thing. Copies on a print differ by less, since the
 pixels cut them differently; the best counterpart is then the one that is cut alike, and alone passes the ratio test."""
 
-MIN_REPEATED = 20
+MIN_REPEATED = 30
 """Keypoints whose copies lie at the same distance and direction, below which no texture repeats."""
 
 MIN_REPEATED_SHARE = 0.4
 """Share of the keypoints that fit the answer which must fit the shifted one as well, to be a rival of it: a quarter
 or more are shifted out of sight. In a furnished room up to 0.15 do."""
+
+MIN_OVER_CHANCE = 2.0
+"""How many times more keypoints must fit after a shift by a period than by half of it. Where thousands of keypoints look
+much alike, a shift by anything fits some."""
 
 
 @stage("repetition")
@@ -56,8 +60,10 @@ def repeated_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray
     moved = transform(T_target_source, source.points)
     fitting = np.count_nonzero(_fits(moved, target.points, like, threshold_m))
     for shift in (period, -period):
-        as_well = np.count_nonzero(_fits(moved + shift, target.points, like, threshold_m))
-        if as_well >= max(MIN_REPEATED, MIN_REPEATED_SHARE * fitting):
+        as_well, by_chance = (
+            np.count_nonzero(_fits(moved + share * shift, target.points, like, threshold_m)) for share in (1.0, 0.5)
+        )
+        if as_well >= max(MIN_REPEATED, MIN_REPEATED_SHARE * fitting, MIN_OVER_CHANCE * by_chance):
             shifted = T_target_source.copy()
             shifted[:3, 3] += shift
             return shifted
