@@ -36,8 +36,8 @@ MIN_REPEATED_SHARE = 0.4
 or more are shifted out of sight. In a furnished room up to 0.15 do."""
 
 MIN_OVER_CHANCE = 2.0
-"""How many times more keypoints must fit after a shift by a period than by half of it. Where thousands of keypoints look
-much alike, a shift by anything fits some."""
+"""How many times more keypoints must fit after a shift by a period than by half of it. Where thousands of keypoints
+look much alike, a shift by anything fits some."""
 
 
 @stage("repetition")
