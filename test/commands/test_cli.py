@@ -70,6 +70,8 @@ def test_replay_leaves_what_the_design_lists(bag: Path, tmp_path: Path, capsys: 
     assert main(["replay", str(bag), "--output", str(output), "--output-bag"]) == 0
     shown = capsys.readouterr()
     assert "4 of 4 (100.0%)" in shown.out
+    assert "configuration    rgbd, by what the bag holds" in shown.out
+    assert json.loads((output / "run.json").read_text())["configuration"] == "rgbd, by what the bag holds"
     assert shown.out.splitlines()[-1] == f"report: {output / 'report.html'}"
     expected = {"trajectory.tum", "frames.csv", "metrics.json", "config.yaml", "run.json", "report.html", "results_bag"}
     assert {path.name for path in output.iterdir()} == expected
@@ -84,6 +86,13 @@ def test_replay_leaves_what_the_design_lists(bag: Path, tmp_path: Path, capsys: 
     with BagReader(output / "results_bag") as reader:
         counts = {topic.name: topic.count for topic in reader.topics}
     assert counts["/registrar/pose"] == counts["/tf"] == counts["/registrar/status"] == 4
+
+
+def test_a_config_for_scans_is_noted_but_taken(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["replay", str(bag), "--config", "lidar", "--output", str(tmp_path / "out")])
+    shown = capsys.readouterr()
+    assert [line for line in shown.err.splitlines() if line.endswith("leave --config out, or give --config rgbd")]
+    assert "configuration    lidar, as asked for" in shown.out
 
 
 def test_replaying_twice_gives_the_same_bytes(bag: Path, tmp_path: Path) -> None:

@@ -30,8 +30,7 @@ from vigg_ros.commands.replay import (
 from vigg_ros.evaluation.trajectory import Trajectory
 from vigg_ros.messages.stamped_pose import decode_pose
 from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.options import InputConfig
-from vigg_ros.replay.samples import suggest_preset, take_samples
+from vigg_ros.replay.samples import find_preset
 from vigg_ros.replay.truth import true_trajectory
 
 DOMAINS = range(1, 102)
@@ -104,7 +103,7 @@ def _verdict(answered: int, exit_code: int) -> ExitCode:
 def _node_arguments(reader: BagReader, choice: TopicChoice, arguments: Namespace) -> NodeArguments:
     extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
     node = node_arguments(reader, choice, extrinsics)
-    config = arguments.config or suggest_preset(take_samples(reader, choice, InputConfig()))
+    config = arguments.config or find_preset(reader, choice)
     load_config(Namespace(config=config, set=arguments.set))  # a mistake in it is told here, not by the node
     options = dict(assignment.partition("=")[::2] for assignment in arguments.set)
     return NodeArguments(node.remappings, {"config": config, **node.parameters, **options})

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.bags.tum import read_stamped_poses
-from vigg_ros.commands.configuration import add_config_arguments, load_config
+from vigg_ros.commands.configuration import ChosenConfig, add_config_arguments, choose_config
 from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine
 from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.registration.config import Config
@@ -44,7 +44,7 @@ MIN_FRAMES = 2
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg replay``."""
     parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
-    add_config_arguments(parser)
+    add_config_arguments(parser, default=None)
     parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
     parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
@@ -77,19 +77,19 @@ def requested_topics(arguments: Namespace) -> TopicRequest:
 
 def run(arguments: Namespace) -> ExitCode:
     """Replay, write, and say where; raises the package's errors for what cannot be replayed."""
-    config = load_config(arguments)
     bag = Path(arguments.bag)
     output = _output_folder(arguments.output, bag)
     truth = read_truth(Path(arguments.ground_truth)) if arguments.ground_truth else None
-    gallery = Gallery(config)
     with BagReader(bag) as reader:
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
+        chosen = choose_config(arguments, reader, choice)
+        gallery = Gallery(chosen.config)
         extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
-        source = BagSource(reader, choice, config.input)
-        replay = Replay(config, gallery.offer, extrinsics=extrinsics)
+        source = BagSource(reader, choice, chosen.config.input)
+        replay = Replay(chosen.config, gallery.offer, extrinsics=extrinsics)
         leader = choice.image if choice.points is None else choice.points
         records, interrupted = _collect(replay, source, leader.count)
-        notes = [*reader.notes, *choice.notes, *source.notes.values(), *map(str, reader.losses)]
+        notes = [*chosen.notes, *reader.notes, *choice.notes, *source.notes.values(), *map(str, reader.losses)]
         damaged = reader.damaged
     recording = Recording(
         name=bag.name,
@@ -102,7 +102,7 @@ def run(arguments: Namespace) -> ExitCode:
     if sum(record.state != "REFUSED" for record in records) < MIN_FRAMES and not interrupted:
         _say_nothing_paired(recording, _leaders(choice))
         return ExitCode.NOTHING_PAIRED
-    _write(recording, gallery, output, with_bag=arguments.output_bag)
+    _write(recording, gallery, chosen, output, with_bag=arguments.output_bag)
     if interrupted:
         return ExitCode.INTERRUPTED
     if len(recording.answered) < MIN_FRAMES:
@@ -195,23 +195,26 @@ def _say_nothing_answered(recording: Recording, leaders: str) -> None:
     )
 
 
-def _write(recording: Recording, gallery: Gallery, output: Path, *, with_bag: bool) -> None:
+def _write(
+    recording: Recording, gallery: Gallery, chosen: ChosenConfig, output: Path, *, with_bag: bool
+) -> None:
     metrics = measure(recording)
     run_info = {
         "command": shlex.join(["vigg", *sys.argv[1:]]),
+        "configuration": chosen.source,
         "finished": datetime.now().astimezone().isoformat(timespec="seconds"),
         **describe_machine(),
     }
     try:
         output.mkdir(parents=True)
-        _write_files(recording, metrics, gallery.config, run_info, output)
+        _write_files(recording, metrics, chosen.config, run_info, output)
         write_report(recording, metrics, gallery, run_info, output / "report.html")
     except OSError as error:
         raise UsageError(f"{output} cannot be written: {error}; give another --output") from error
     if with_bag:
         write_result_bag(recording.frames, recording.frame_id, output / "results_bag")
     _print_notes(recording)
-    print(summary_table(recording, metrics))
+    print(summary_table(recording, metrics, configuration=chosen.source))
     print(f"report: {output / 'report.html'}")
 
 

@@ -12,10 +12,11 @@ from vigg_ros.evaluation.accuracy import Accuracy, TrajectoryMetrics
 from vigg_ros.replay.record import Recording
 
 
-def summary_table(recording: Recording, metrics: TrajectoryMetrics | None) -> str:
-    """Coverage, errors with their alignment, and time per frame, as aligned text."""
+def summary_table(recording: Recording, metrics: TrajectoryMetrics | None, *, configuration: str) -> str:
+    """What was replayed and how: coverage, errors with their alignment, and time per frame, as aligned text."""
     rows = [
         ("recording", recording.name),
+        ("configuration", configuration),
         ("frames answered", f"{len(recording.answered)} of {len(recording.frames)} ({recording.coverage:.1%})"),
         *_unanswered(recording),
         ("keyframes", str(_keyframes(recording))),
