@@ -25,7 +25,7 @@ from vigg_ros.registration.errors import BagError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.replay.gallery import Gallery
 from vigg_ros.replay.outputs import write_frames, write_json, write_trajectory
-from vigg_ros.replay.record import FrameRecord, Recording
+from vigg_ros.replay.record import COLOUR_IMAGES, SCANS, FrameRecord, Recording
 from vigg_ros.replay.replay import Replay
 from vigg_ros.replay.report import write_report
 from vigg_ros.replay.result_bag import write_result_bag
@@ -98,15 +98,16 @@ def run(arguments: Namespace) -> ExitCode:
         refused=source.refused + replay.refused,
         notes=notes,
         frame_id=replay.frame_id,
+        leaders=COLOUR_IMAGES if choice.points is None else SCANS,
     )
     if sum(record.state != "REFUSED" for record in records) < MIN_FRAMES and not interrupted:
-        _say_nothing_paired(recording, _leaders(choice))
+        _say_nothing_paired(recording)
         return ExitCode.NOTHING_PAIRED
     _write(recording, gallery, chosen, output, with_bag=arguments.output_bag)
     if interrupted:
         return ExitCode.INTERRUPTED
     if len(recording.answered) < MIN_FRAMES:
-        _say_nothing_answered(recording, _leaders(choice))
+        _say_nothing_answered(recording)
         return ExitCode.NOTHING_PAIRED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
 
@@ -172,25 +173,20 @@ def _output_folder(asked: str | None, bag: Path) -> Path:
     return output
 
 
-def _leaders(choice: TopicChoice) -> str:
-    """The messages of which each should become a frame."""
-    return "colour images" if choice.points is None else "scans"
-
-
-def _say_nothing_paired(recording: Recording, leaders: str) -> None:
+def _say_nothing_paired(recording: Recording) -> None:
     reasons = ", ".join(f"{code} {count}" for code, count in recording.refused.most_common())
     _print_notes(recording)
     print(
-        f"vigg replay: {len(recording.frames)} {leaders}, but fewer than {MIN_FRAMES} frames could be made of them "
-        f"(refused: {reasons or 'none'}); `vigg doctor` says what is missing",
+        f"vigg replay: {len(recording.frames)} {recording.leaders}, but fewer than {MIN_FRAMES} frames could be made "
+        f"of them (refused: {reasons or 'none'}); `vigg doctor` says what is missing",
         file=sys.stderr,
     )
 
 
-def _say_nothing_answered(recording: Recording, leaders: str) -> None:
+def _say_nothing_answered(recording: Recording) -> None:
     print(
-        f"vigg replay: {len(recording.answered)} of {len(recording.frames)} {leaders} got a pose, fewer than the "
-        f"{MIN_FRAMES} of a motion; frames.csv and the report say why",
+        f"vigg replay: {len(recording.answered)} of {len(recording.frames)} {recording.leaders} got a pose, "
+        f"fewer than the {MIN_FRAMES} of a motion; frames.csv and the report say why",
         file=sys.stderr,
     )
 
