@@ -7,10 +7,12 @@ from __future__ import annotations
 import math
 import os
 import platform
+import signal
 import sys
 import time
 from argparse import ArgumentTypeError
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from enum import IntEnum
 from types import TracebackType
 from typing import Any
@@ -29,6 +31,28 @@ class ExitCode(IntEnum):
     PARTLY_READABLE = 4
     NOTHING_PAIRED = 5
     INTERRUPTED = 130
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """SIGINT, SIGTERM and a closed terminal raise KeyboardInterrupt, so that nothing is left running.
+
+    SIGINT does so too where it was inherited as ignored, as by what a script starts with &; under nohup SIGHUP stays
+    ignored. For the main thread.
+    """
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, _interrupt) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 class UsageError(ViggError):
