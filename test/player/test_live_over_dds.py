@@ -80,6 +80,9 @@ def test_the_table_says_what_the_node_answered(
     config = "lidar" if with_points else "rgbd"
     assert main(["live", str(bag), "--rate", "2", *(["--now"] if now else [])]) == 0
     shown = capsys.readouterr()
+    advice = shown.out.splitlines()[-1]
+    assert "4 of 20 frames were dropped because newer ones came; try --rate 1" in advice
+    assert "were dropped so far" not in shown.err
     rows = rows_of(shown.out)
     assert rows["frames sent"].startswith(f"{FRAMES} in ")
     assert rows["poses received"] == "16 (80.0%)"
@@ -157,7 +160,8 @@ def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, ignored: 
 
 
 def rows_of(table: str) -> dict[str, str]:
-    return dict(re.split("  +", line, maxsplit=1) for line in table.splitlines())
+    """Name and text of each row, without the sentence below the table."""
+    return dict(re.split("  +", line, maxsplit=1) for line in table.splitlines() if "  " in line)
 
 
 def running_commands() -> list[str]:

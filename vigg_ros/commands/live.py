@@ -55,13 +55,13 @@ def run(arguments: Namespace) -> ExitCode:
     """Start the node, play, watch, stop the node, and print what it did."""
     with needs_ros():
         from vigg_ros.player.live_run import LiveRun
-        from vigg_ros.player.live_summary import summary_table
+        from vigg_ros.player.live_summary import advice_on_drops, summary_table
         from vigg_ros.player.node_process import NodeFailed
     domain_id = _choose_domain() if arguments.domain_id is None else arguments.domain_id
     with BagReader(arguments.bag) as reader, TemporaryDirectory(prefix="vigg_live_") as folder, interruptible():
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
         node = _node_arguments(reader, choice, arguments)
-        _say(f"{shown(node)}\non ROS_DOMAIN_ID={domain_id}, where rviz2 and `ros2 topic` can watch too")
+        _say(f"{shown(node)}\non ROS_DOMAIN_ID={domain_id} (--domain-id chooses), where rviz2 and `ros2 topic` can watch too")
         live = LiveRun(
             reader,
             choice,
@@ -82,6 +82,9 @@ def run(arguments: Namespace) -> ExitCode:
         print(summary_table(live.summary))
         if live.late_s > MAX_LATE_S:
             _say(f"note: the rhythm was not kept: messages came up to {live.late_s:.1f} s late")
+        advice = advice_on_drops(live.summary, arguments.rate)
+        if advice:
+            print(advice)
         if interrupted:
             return ExitCode.INTERRUPTED
         return _verdict(live.summary.score.answered, live.summary.exit_code)

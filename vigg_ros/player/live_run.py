@@ -75,7 +75,9 @@ class LiveRun:
                 interrupted = True
             self._exit_code = self._process.stop()
             self.notes += [*publishers.notes, *observer.faults]
-            self.notes += [f"the node says: {line}" for line in self._process.problems()]
+            # Drops are counted in the table; what the node said of them on the way is out of date.
+            problems = [line for line in self._process.problems() if "(DROPPED)" not in line]
+            self.notes += [f"the node says: {line}" for line in problems]
         return interrupted
 
     @property
