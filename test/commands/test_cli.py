@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,8 @@ import pytest
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.cli import COMMANDS, main
+from vigg_ros.cli import COMMANDS, _parser, main
+from vigg_ros.evaluation.catalogue import expand
 from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_pose
 from vigg_ros.registration.camera import Camera
 from vigg_ros.worlds import HandheldLoop, render_rgbd, room
@@ -63,6 +65,22 @@ def test_each_command_explains_itself(name: str, capsys: pytest.CaptureFixture[s
         main([name, "--help"])
     assert stop.value.code == 0
     assert f"vigg {name}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words", [["replay"], ["register"], ["convert"], ["evaluate", "pairs"], ["evaluate", "rendered"]]
+)
+def test_help_ends_with_examples_that_the_command_takes(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([*words, "--help"])
+    examples = capsys.readouterr().out.partition("examples:\n")[2].splitlines()
+    assert len(examples) == 2
+    for example in examples:
+        vigg, *arguments = shlex.split(example)
+        assert vigg == "vigg"
+        assert arguments[: len(words)] == words
+        taken = _parser(words[0]).parse_args(arguments)
+        expand(getattr(taken, "methods", ["default"]), outdoor=False)  # and the methods are ones that there are
 
 
 def test_replay_leaves_what_the_design_lists(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

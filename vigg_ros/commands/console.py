@@ -10,7 +10,7 @@ import platform
 import signal
 import sys
 import time
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
@@ -57,6 +57,12 @@ def _interrupt(*_: object) -> None:
 
 class UsageError(ViggError):
     """The command was asked for something that cannot be done as asked."""
+
+
+def add_examples(parser: ArgumentParser, *commands: str) -> None:
+    """Commands to begin with, below the help."""
+    parser.formatter_class = RawDescriptionHelpFormatter
+    parser.epilog = "\n".join(["examples:", *(f"  {command}" for command in commands)])
 
 
 def positive_int(text: str) -> int:

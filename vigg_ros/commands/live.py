@@ -61,7 +61,8 @@ def run(arguments: Namespace) -> ExitCode:
     with BagReader(arguments.bag) as reader, TemporaryDirectory(prefix="vigg_live_") as folder, interruptible():
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
         node = _node_arguments(reader, choice, arguments)
-        _say(f"{shown(node)}\non ROS_DOMAIN_ID={domain_id} (--domain-id chooses), where rviz2 and `ros2 topic` can watch too")
+        _say(shown(node))
+        _say(f"on ROS_DOMAIN_ID={domain_id} (--domain-id chooses), where rviz2 and `ros2 topic` can watch too")
         live = LiveRun(
             reader,
             choice,

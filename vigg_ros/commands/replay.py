@@ -18,7 +18,7 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.bags.tum import read_stamped_poses
 from vigg_ros.commands.configuration import ChosenConfig, add_config_arguments, choose_config
-from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine
+from vigg_ros.commands.console import ExitCode, Progress, UsageError, add_examples, describe_machine
 from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import BagError
@@ -50,6 +50,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
     add_extrinsics_argument(parser)
     add_topic_arguments(parser)
+    add_examples(
+        parser,
+        "vigg replay bags/street_lidar --output street",
+        "vigg replay BAG --image-topic /left/image_raw --ground-truth truth.tum --set visual.detector=orb",
+    )
 
 
 def add_extrinsics_argument(parser: ArgumentParser, use: str = "instead of /tf_static") -> None:
