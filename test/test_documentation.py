@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vigg_ros.cli import COMMANDS
 from vigg_ros.commands.config import commented_yaml
 from vigg_ros.online.parameter_table import markdown_table
 from vigg_ros.registration import Config
@@ -55,6 +56,16 @@ def test_the_table_of_parameters_is_that_of_the_code() -> None:
     assert f"<!-- generated: parameters -->\n\n{markdown_table()}\n<!-- end: parameters -->" in page, (
         "docs/node.md is out of date; write it again with: python tools/parameters_table.py"
     )
+
+
+def test_the_readme_names_every_command_and_what_make_offers() -> None:
+    page = (ROOT / "README.md").read_text()
+    assert [name for name in COMMANDS if f"vigg {name} " not in page] == []
+    targets = re.findall(r"^([a-z]+):.*##", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    listed = re.findall(r"^make ([a-z]+) +#", page, re.MULTILINE)
+    # help lists the others, and trials is for who works on the method.
+    assert set(targets) - set(listed) == {"help", "trials"}
+    assert set(listed) <= set(targets)
 
 
 def test_links_between_pages_lead_somewhere() -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,8 @@ import pytest
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.cli import COMMANDS, main
+from vigg_ros.cli import COMMANDS, _parser, main
+from vigg_ros.evaluation.catalogue import expand
 from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_pose
 from vigg_ros.registration.camera import Camera
 from vigg_ros.worlds import HandheldLoop, render_rgbd, room
@@ -65,11 +67,29 @@ def test_each_command_explains_itself(name: str, capsys: pytest.CaptureFixture[s
     assert f"vigg {name}" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    "words", [["replay"], ["register"], ["convert"], ["evaluate", "pairs"], ["evaluate", "rendered"]]
+)
+def test_help_ends_with_examples_that_the_command_takes(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([*words, "--help"])
+    examples = capsys.readouterr().out.partition("examples:\n")[2].splitlines()
+    assert len(examples) == 2
+    for example in examples:
+        vigg, *arguments = shlex.split(example)
+        assert vigg == "vigg"
+        assert arguments[: len(words)] == words
+        taken = _parser(words[0]).parse_args(arguments)
+        expand(getattr(taken, "methods", ["default"]), outdoor=False)  # and the methods are ones that there are
+
+
 def test_replay_leaves_what_the_design_lists(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out"
     assert main(["replay", str(bag), "--output", str(output), "--output-bag"]) == 0
     shown = capsys.readouterr()
     assert "4 of 4 (100.0%)" in shown.out
+    assert "configuration    rgbd, by what the bag holds" in shown.out
+    assert json.loads((output / "run.json").read_text())["configuration"] == "rgbd, by what the bag holds"
     assert shown.out.splitlines()[-1] == f"report: {output / 'report.html'}"
     expected = {"trajectory.tum", "frames.csv", "metrics.json", "config.yaml", "run.json", "report.html", "results_bag"}
     assert {path.name for path in output.iterdir()} == expected
@@ -84,6 +104,13 @@ def test_replay_leaves_what_the_design_lists(bag: Path, tmp_path: Path, capsys: 
     with BagReader(output / "results_bag") as reader:
         counts = {topic.name: topic.count for topic in reader.topics}
     assert counts["/registrar/pose"] == counts["/tf"] == counts["/registrar/status"] == 4
+
+
+def test_a_config_for_scans_is_noted_but_taken(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["replay", str(bag), "--config", "lidar", "--output", str(tmp_path / "out")])
+    shown = capsys.readouterr()
+    assert [line for line in shown.err.splitlines() if line.endswith("leave --config out, or give --config rgbd")]
+    assert "configuration    lidar, as asked for" in shown.out
 
 
 def test_replaying_twice_gives_the_same_bytes(bag: Path, tmp_path: Path) -> None:

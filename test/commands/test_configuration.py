@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicRequest, choose_topics
 from vigg_ros.cli import main
-from vigg_ros.commands.configuration import load_config
+from vigg_ros.commands.configuration import ChosenConfig, choose_config, load_config
 from vigg_ros.commands.console import ExitCode
 from vigg_ros.registration.config import Config
 
@@ -91,3 +93,28 @@ def test_a_file_does_not_hide_a_preset(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert load_config(Namespace(config="lidar", set=[])) == Config.preset("lidar")
     assert load_config(Namespace(config="./lidar", set=[])).visual.top_k == 7
+
+
+def chosen(name: str, config: str | None, *assignments: str) -> ChosenConfig:
+    with BagReader(BAG.parent / name) as reader:
+        choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
+        return choose_config(Namespace(config=config, set=list(assignments)), reader, choice)
+
+
+@pytest.mark.parametrize(("name", "preset"), [("room_rgbd", "rgbd"), ("street_lidar", "lidar")])
+def test_without_a_config_the_bag_says_which(name: str, preset: str) -> None:
+    found = chosen(name, None, "visual.top_k=77")
+    assert found.config == Config.preset(preset).replace({"visual.top_k": 77})
+    assert found.source == f"{preset}, by what the bag holds"
+    assert found.notes == ()
+
+
+def test_a_config_is_taken_as_given_with_a_note_where_it_does_not_suit() -> None:
+    found = chosen("street_lidar", "rgbd")
+    assert found.config == Config.preset("rgbd")
+    assert found.source == "rgbd, as asked for"
+    (note,) = found.notes
+    assert "holds scans that reach far" in note
+    assert "--config lidar" in note
+    assert chosen("street_lidar", "rgbd", "geometric.voxel_size_m=0.2").notes == ()
+    assert chosen("room_rgbd", "rgbd_paper").notes == ()

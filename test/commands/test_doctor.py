@@ -41,16 +41,17 @@ def doctor(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int,
 
 
 @pytest.mark.parametrize(
-    ("name", "command", "facts"),
+    ("name", "preset", "facts"),
     [
-        ("room_rgbd", "", ["76 of 76 colour images have a depth image within 20 ms", "4.3 ms at most", "15.0 Hz"]),
-        ("street_lidar", " --config lidar", ["25 of 25 scans have a colour image within 50 ms", "3.1 ms at most"]),
+        ("room_rgbd", "rgbd", ["76 of 76 colour images have a depth image within 20 ms", "4.3 ms at most", "15.0 Hz"]),
+        ("street_lidar", "lidar", ["25 of 25 scans have a colour image within 50 ms", "3.1 ms at most"]),
     ],
 )
-def test_a_bundled_bag_can_be_replayed(name: str, command: str, facts: list[str], capsys) -> None:
+def test_a_bundled_bag_can_be_replayed(name: str, preset: str, facts: list[str], capsys) -> None:
     code, page = doctor(capsys, BAGS / name)
     assert code == ExitCode.OK
-    assert page.splitlines()[-1].strip() == f"vigg replay {BAGS / name}{command}"
+    assert page.splitlines()[-1].strip() == f"vigg replay {BAGS / name}"
+    assert f"the preset for it is {preset}" in page
     assert all(fact in page for fact in facts), page
     assert "What is missing" not in page
     assert "What is odd" not in page
@@ -133,7 +134,23 @@ def test_points_that_project_into_the_image_are_counted(tmp_path: Path, capsys) 
     assert code == ExitCode.OK
     # Within 6.4 m to the sides and 4.8 m up and down at 10 m: 48 of 60 columns and 38 of 40 rows of the wall.
     assert "1824 of the first scan's 2400 points project into the image, over 100% of its width" in page
-    assert page.splitlines()[-1].endswith("--config lidar")
+    assert "the preset for it is lidar" in page
+
+
+@pytest.mark.parametrize(
+    ("name", "config", "remedy"), [("room_rgbd", "lidar", "rgbd"), ("street_lidar", "rgbd", "lidar")]
+)
+def test_a_config_for_another_kind_of_sensor_gets_a_note_with_the_remedy(
+    name: str, config: str, remedy: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["doctor", str(BAGS / name), "--config", config]) == ExitCode.OK
+    shown = capsys.readouterr()
+    (note,) = shown.err.splitlines()
+    assert note.startswith("note: the bag holds ")
+    assert note.endswith(f"leave --config out, or give --config {remedy}")
+    assert shown.out.splitlines()[-1].endswith(f"--config {config}")
+    assert main(["doctor", str(BAGS / name), "--config", f"{remedy}_paper"]) == ExitCode.OK
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.hostile('PointCloud2: nothing projects into the image: NO_DEPTH, "check extrinsics"')

@@ -68,5 +68,6 @@ def test_a_profile_names_the_kernels(capsys: pytest.CaptureFixture[str]) -> None
     bag = Path(__file__).parents[2] / "bags" / "room_rgbd"
     assert main(["benchmark", str(bag), "--frames", "3", "--profile"]) == ExitCode.OK
     printed = capsys.readouterr().out
+    assert "configuration rgbd, by what the bag holds" in printed
     assert "own ms per frame" in printed
     assert "pair_surfaces (pairing.py:" in printed

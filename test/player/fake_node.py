@@ -57,7 +57,9 @@ class FakeNode(Node):
         state = "DROPPED" if is_dropped else "TRACKING" if number else "STARTED"
         stamp_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
         values = [KeyValue(key=key, value=str(value)) for key, value in (("stamp_ns", stamp_ns), ("state", state))]
-        if not is_dropped:
+        if is_dropped:
+            print(f"[WARN] {number} of {number + 1} were dropped so far (DROPPED)", file=sys.stderr, flush=True)
+        else:
             pose = PoseStamped()
             pose.header.stamp = stamp
             pose.header.frame_id = "odom"

@@ -12,7 +12,7 @@ import pytest
 
 from vigg_ros.player import live_display
 from vigg_ros.player.live_display import LINE_S, REDRAW_S, LiveDisplay, cpu_percent
-from vigg_ros.player.live_summary import Run, summary_table
+from vigg_ros.player.live_summary import Run, advice_on_drops, summary_table
 from vigg_ros.player.node_process import Usage
 from vigg_ros.player.scoreboard import Score
 
@@ -88,6 +88,28 @@ def test_the_table_at_the_end_counts_every_frame_once() -> None:
         "aligned": "at the first pose of each odometry frame: errors are those of the motion since then",
         "node": "CPU mean 150 % of one core while the bag played, memory at most 400 MB, exit code 0",
     }
+
+
+@pytest.mark.parametrize(
+    ("sent", "dropped", "silent", "rate", "words"),
+    [
+        # 37 frames of 100 were registered, in 5 s.
+        (100, 60, 3, 1.0, "registered about 7.4 frames a second here; 60 of 100 frames were dropped because newer "
+         "ones came; try --rate 0.3"),
+        (100, 60, 3, 0.2, "try --rate 0.07"),
+        (100, 1, 0, 1.0, "try --rate 0.9"),
+        (100, 40, 0, 4.0, "try --rate 2"),
+        (100, 40, 0, 0.5, "try --rate 0.3"),
+        (3, 3, 0, 1.0, "3 of 3 frames were dropped because newer ones came"),
+        (100, 0, 3, 1.0, ""),
+    ],
+)
+def test_dropped_frames_end_in_advice(sent: int, dropped: int, silent: int, rate: float, words: str) -> None:
+    drops = Counter({"DROPPED NEWER_FRAME": dropped}) if dropped else Counter()
+    run = replace(RUN, score=replace(SCORE, sent=sent, unanswered=drops, silent=silent), played_s=5.0)
+    advice = advice_on_drops(run, rate)
+    assert advice.endswith(words)
+    assert bool(advice) == bool(words)
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,9 @@ def test_the_table_says_what_the_node_answered(
     config = "lidar" if with_points else "rgbd"
     assert main(["live", str(bag), "--rate", "2", *(["--now"] if now else [])]) == 0
     shown = capsys.readouterr()
+    advice = shown.out.splitlines()[-1]
+    assert "4 of 20 frames were dropped because newer ones came; try --rate 1" in advice
+    assert "were dropped so far" not in shown.err
     rows = rows_of(shown.out)
     assert rows["frames sent"].startswith(f"{FRAMES} in ")
     assert rows["poses received"] == "16 (80.0%)"
@@ -128,8 +131,10 @@ def test_a_node_that_does_not_subscribe_is_given_up(
     assert "did not subscribe to /cam/image, /cam/camera_info, /cam/depth" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "ignored"), [(signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, False)]
+)
+def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, ignored: bool, tmp_path: Path) -> None:
     bag = write(tmp_path / "bag", with_points=False)
     code = (
         "import sys\nfrom vigg_ros.player import live_display, live_run\nfrom vigg_ros.cli import main\n"
@@ -137,13 +142,17 @@ def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, tmp_path:
         "live_display.LINE_S = 0.5\n"
         f"sys.exit(main(['live', {str(bag)!r}, '--loop']))"
     )
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = [sys.executable, "-c", code]
+    # As a shell starts what a script puts into the background with &.
+    command = ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command] if ignored else command
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     while "TRACKING; poses" not in process.stderr.readline():
         assert process.poll() is None
     process.send_signal(number)
     table, errors = process.communicate(timeout=30)
     assert process.returncode == 130
+    assert "vigg live: interrupted" in errors.splitlines()
     assert "Traceback" not in errors
     assert int(rows_of(table)["poses received"].split()[0]) > 0
     assert rows_of(table)["node"].endswith("exit code 0")
@@ -151,7 +160,8 @@ def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, tmp_path:
 
 
 def rows_of(table: str) -> dict[str, str]:
-    return dict(re.split("  +", line, maxsplit=1) for line in table.splitlines())
+    """Name and text of each row, without the sentence below the table."""
+    return dict(re.split("  +", line, maxsplit=1) for line in table.splitlines() if "  " in line)
 
 
 def running_commands() -> list[str]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -28,6 +29,7 @@ from vigg_ros.bags.decoding import message_types
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli import main
+from vigg_ros.commands import node_command
 from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_tf, encode_transform
 from vigg_ros.player.dds_profile import VARIABLE
 from vigg_ros.registration.camera import Camera
@@ -91,14 +93,25 @@ def canonical(data: bytes, kind: str) -> bytes:
     return bytes(store.serialize_cdr(store.deserialize_cdr(data, kind), kind))
 
 
-def test_the_first_line_is_the_command_for_the_node_or_why_there_is_none(
+def test_why_there_is_no_command_for_the_node_is_a_note(
     bag: Path, listener: Listener, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["play", str(bag)]) == 0
     shown = capsys.readouterr()
-    first, last = shown.out.splitlines()
-    assert first.startswith("for the node: no command fits (found neither depth images")
+    assert "note: no command starts the node for this bag: found neither depth images" in shown.err
+    (last,) = shown.out.splitlines()
     assert last == f"played {2 * FRAMES + HAS_TF2} messages, 0.0 MB, 0.5 s of the recording"
+
+
+def test_the_first_line_is_the_bare_command_for_the_node(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(node_command.shutil, "which", lambda name: None)
+    room = Path(__file__).parents[2] / "bags" / "room_rgbd"
+    assert main(["play", str(room), "--wait", "0", "--duration", "0.2"]) == 0
+    first = shlex.split(capsys.readouterr().out.splitlines()[0])
+    assert first[:3] == ["registrar", "--ros-args", "-r"]
+    assert "config:=rgbd" in first
 
 
 def test_types_that_are_not_installed_are_left_out_with_one_note(
@@ -107,8 +120,9 @@ def test_types_that_are_not_installed_are_left_out_with_one_note(
     if HAS_TF2:
         pytest.skip("tf2_msgs is installed here, so that the transforms are played")
     assert main(["play", str(bag)]) == 0
-    (note,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note:")]
-    assert note.endswith("these message types are not installed here: tf2_msgs/msg/TFMessage (/tf_static)")
+    notes = [line for line in capsys.readouterr().err.splitlines() if "not installed" in line]
+    assert len(notes) == 1
+    assert notes[0].endswith("these message types are not installed here: tf2_msgs/msg/TFMessage (/tf_static)")
 
 
 def test_now_moves_all_stamps_by_the_same_amount_to_the_present(bag: Path, listener: Listener) -> None:
@@ -174,12 +188,15 @@ def test_a_bag_of_ros_1_is_played_as_ros_2(tmp_path: Path, listener: Listener) -
     assert [bytes(message.data) for message in listener.received["/image"]] == [bytes([k] * 4) for k in range(3)]
 
 
-def test_ctrl_c_ends_it_with_130_and_without_a_traceback(bag: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("ignored", [False, True], ids=["from a terminal", "started with & from a script"])
+def test_signals_end_it_with_130_and_without_a_traceback(bag: Path, number: int, ignored: bool) -> None:
     command = [sys.executable, "-m", "vigg_ros.cli", "play", str(bag), "--loop", "--wait", "0"]
+    command = ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command] if ignored else command
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stdout.readline().startswith("for the node:")
-    process.send_signal(signal.SIGINT)
+    assert process.stderr is not None
+    assert "no command starts the node" in process.stderr.readline()
+    process.send_signal(number)
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 130
     assert errors.splitlines()[-1] == "vigg play: interrupted"

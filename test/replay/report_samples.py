@@ -14,7 +14,7 @@ from vigg_ros.registration.features import assemble
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.options import VisualConfig
 from vigg_ros.registration.visual import detect
-from vigg_ros.replay.record import FrameRecord, Recording
+from vigg_ros.replay.record import COLOUR_IMAGES, FrameRecord, Recording
 from vigg_ros.tracking.chain import UncertainPose
 from vigg_ros.tracking.keyframes import Keyframe
 from vigg_ros.tracking.observation import StampedPose
@@ -105,7 +105,7 @@ def truth(count):
     return [StampedPose(stamp(i), "map", "camera", T_map_odom @ pose_at(i)) for i in range(count)]
 
 
-def recording(estimates, *, truth=(), name="walk", refused=(), notes=(), frame_id="camera"):
+def recording(estimates, *, truth=(), name="walk", refused=(), notes=(), frame_id="camera", leaders=COLOUR_IMAGES):
     """Of estimates and records of refused inputs."""
     records = [e if isinstance(e, FrameRecord) else FrameRecord.of_estimate(e) for e in estimates]
-    return Recording(name, records, list(truth), Counter(dict(refused)), list(notes), frame_id)
+    return Recording(name, records, list(truth), Counter(dict(refused)), list(notes), frame_id, leaders)

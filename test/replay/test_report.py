@@ -14,7 +14,9 @@ from report_samples import attempt, lost, recording, refused, started, tracked, 
 
 from vigg_ros.registration import Config, Reason
 from vigg_ros.replay.gallery import Gallery
+from vigg_ros.replay.record import SCANS
 from vigg_ros.replay.report import write_report
+from vigg_ros.replay.summary import summary_table
 from vigg_ros.replay.truth import measure
 from vigg_ros.replay.wording import length, nearest_preset
 from vigg_ros.tracking.registrar import State
@@ -143,8 +145,34 @@ def test_without_truth_the_page_says_that_errors_are_unknown(tmp_path):
 
 def test_truth_of_another_time_is_no_truth(tmp_path):
     page = report(tmp_path, [started(100), *map(tracked, range(101, 105))], truth=truth(5))
-    assert "No two of them have a true pose near their stamps" in page.text
+    assert page.text.count("no answered frame has a true pose near its stamp") == 2, "in the lead and in the tile"
     assert "Errors" not in page.headings
+
+
+ONE = "only 1 answered frame has a true pose; errors need two"
+TWO_APART = "2 answered frames have a true pose, but no two of one session; errors need two"
+
+
+@pytest.mark.parametrize(
+    ("estimates", "words"),
+    [([started(0)], ONE), ([started(0), lost(1)], ONE), ([started(0), started(1, session=1)], TWO_APART)],
+)
+def test_a_truth_of_too_few_answered_frames_is_not_called_missing(tmp_path, estimates, words):
+    page = report(tmp_path, estimates, truth=truth(5))
+    assert page.text.count(words) == 2, "in the lead and in the tile"
+    assert "no ground truth" not in page.text
+    of_them = recording(estimates, truth=truth(5))
+    assert words in summary_table(of_them, measure(of_them), configuration="rgbd")
+
+
+def test_of_scans_the_page_speaks_as_scans(tmp_path):
+    estimates = [started(0), tracked(1), lost(2, Reason.NO_DEPTH), refused(3)]
+    page = report(tmp_path, estimates, leaders=SCANS)
+    assert "2 of 4 scans got a pose" in page.text
+    assert "of 4 scans received" in page.text
+    assert "One of the scans could not be made into a frame." in page.text
+    assert "NO_DEPTH lost 1 (25.0%) 0.20 s Too few 3-D points: is depth missing" in page.text
+    assert "colour image" not in page.text
 
 
 DEGENERATE = {

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import cProfile
 import resource
+import sys
 import time
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
@@ -21,7 +22,7 @@ import numpy as np
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
-from vigg_ros.commands.configuration import add_config_arguments, load_config
+from vigg_ros.commands.configuration import add_config_arguments, choose_config
 from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
 from vigg_ros.commands.replay import (
     add_extrinsics_argument,
@@ -61,7 +62,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--profile", action="store_true", help="name the functions that take the most time themselves")
     parser.add_argument("--growth", action="store_true", help="instead of a bag: time and memory over the input's size")
     parser.add_argument("--plot", metavar="FILE", help="with --growth: a new picture")
-    add_config_arguments(parser)
+    add_config_arguments(parser, default=None)
     add_extrinsics_argument(parser)
     add_topic_arguments(parser)
 
@@ -72,9 +73,10 @@ def run(arguments: Namespace) -> ExitCode:
         return run_growth(arguments.plot)
     if not arguments.bag:
         raise UsageError("nothing to measure: name a BAG, or give --growth")
-    config = load_config(arguments)
     with BagReader(Path(arguments.bag)) as reader:
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
+        chosen = choose_config(arguments, reader, choice)
+        config = chosen.config
         extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
         decoding = time_decoding(reader, choice, config)
         frames = list(islice(read_frames(reader, choice, config, extrinsics), arguments.frames + WARM_UP))
@@ -84,7 +86,10 @@ def run(arguments: Namespace) -> ExitCode:
     stages, sift_ms = time_frames(frames, config, profile)
     machine = describe_machine()
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"{len(frames) - WARM_UP} frames; {machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
+    for note in chosen.notes:
+        print(f"note: {note}", file=sys.stderr)
+    print(f"{len(frames) - WARM_UP} frames; configuration {chosen.source}")
+    print(f"{machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
     print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
     if profile is not None:
         print()

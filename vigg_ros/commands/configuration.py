@@ -1,18 +1,26 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The option --config and --set, common to all commands that register."""
+"""The option --config and --set, common to all commands that register, and the preset that suits a bag."""
 
 from __future__ import annotations
 
+import math
 import re
 from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.registration.errors import ConfigError
+from vigg_ros.replay.samples import find_preset
+
+HOLDINGS = {"rgbd": "depth images or near points", "lidar": "scans that reach far"}
+"""What each preset is made for."""
 
 _EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 """YAML 1.1 takes 1e-5, without a point or without a sign, for text."""
@@ -39,6 +47,43 @@ def add_config_arguments(parser: ArgumentParser, *, default: str | None = "rgbd"
 def load_config(arguments: Namespace) -> Config:
     """Command line over file over default. Raises ConfigError."""
     return _named(arguments.config).replace(dict(map(_assignment, arguments.set)))
+
+
+@dataclass(frozen=True, slots=True)
+class ChosenConfig:
+    """A configuration for an open bag, and where it comes from."""
+
+    config: Config
+    source: str
+    """For a reader: the preset or file, and who named it."""
+    notes: tuple[str, ...]
+    """Where it does not suit what the bag holds."""
+
+
+def choose_config(arguments: Namespace, reader: BagReader, choice: TopicChoice) -> ChosenConfig:
+    """The configuration asked for, or the preset for what the bag holds. Raises ConfigError."""
+    if arguments.config is not None:
+        config = load_config(arguments)  # a mistake in it is told before the bag is read
+        return ChosenConfig(config, f"{arguments.config}, as asked for", notes_on(config, find_preset(reader, choice)))
+    preset = find_preset(reader, choice)
+    config = load_config(Namespace(config=preset, set=arguments.set))
+    return ChosenConfig(config, f"{preset}, by what the bag holds", ())
+
+
+def notes_on(config: Config, suited: str) -> tuple[str, ...]:
+    """One sentence where a configuration has another scale than the preset that suits the bag; none where it fits.
+
+    The scale is told by the voxels: those of the presets are a factor of ten apart, and whoever tunes one stays near.
+    """
+    voxel_m = config.geometric.voxel_size_m
+    voxels_m = {name: Config.preset(name).geometric.voxel_size_m for name in HOLDINGS}
+    nearest = min(voxels_m, key=lambda name: abs(math.log(voxel_m / voxels_m[name])))
+    if nearest == suited:
+        return ()
+    return (
+        f"the bag holds {HOLDINGS[suited]}, but the configuration is made for {HOLDINGS[nearest]} (voxels of "
+        f"{voxel_m:g} m, where {voxels_m[suited]:g} m suits); leave --config out, or give --config {suited}",
+    )
 
 
 def _named(name: str) -> Config:

@@ -7,10 +7,12 @@ from __future__ import annotations
 import math
 import os
 import platform
+import signal
 import sys
 import time
-from argparse import ArgumentTypeError
-from collections.abc import Sequence
+from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from enum import IntEnum
 from types import TracebackType
 from typing import Any
@@ -31,8 +33,36 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
 
 
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """SIGINT, SIGTERM and a closed terminal raise KeyboardInterrupt, so that nothing is left running.
+
+    SIGINT does so too where it was inherited as ignored, as by what a script starts with &; under nohup SIGHUP stays
+    ignored. For the main thread.
+    """
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, _interrupt) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
 class UsageError(ViggError):
     """The command was asked for something that cannot be done as asked."""
+
+
+def add_examples(parser: ArgumentParser, *commands: str) -> None:
+    """Commands to begin with, below the help."""
+    parser.formatter_class = RawDescriptionHelpFormatter
+    parser.epilog = "\n".join(["examples:", *(f"  {command}" for command in commands)])
 
 
 def positive_int(text: str) -> int:

@@ -8,7 +8,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 
 from vigg_ros.bags.convert import LAYOUTS, convert
-from vigg_ros.commands.console import ExitCode, Progress, positive_float, table
+from vigg_ros.commands.console import ExitCode, Progress, add_examples, positive_float, table
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -23,6 +23,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--depth-scale", type=positive_float, metavar="UNITS", help="of the depth images per metre")
     parser.add_argument("--rate", type=positive_float, metavar="HZ", help="of numbered images without stamps")
+    add_examples(
+        parser,
+        "vigg convert 7scenes redkitchen -o kitchen_bag",
+        "vigg convert kitti sequences/04 -o kitti_bag --compression chunk",
+    )
 
 
 def run(arguments: Namespace) -> ExitCode:

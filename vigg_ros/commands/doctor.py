@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
@@ -13,7 +14,7 @@ from pathlib import Path
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.rhythm import Rhythm
 from vigg_ros.bags.topics import TopicChoice, TopicRequest
-from vigg_ros.commands.configuration import add_config_arguments, load_config
+from vigg_ros.commands.configuration import add_config_arguments, load_config, notes_on
 from vigg_ros.commands.console import ExitCode, table
 from vigg_ros.commands.replay import (
     TOPICS,
@@ -52,6 +53,9 @@ def run(arguments: Namespace) -> ExitCode:
         diagnosis = diagnose(reader, _question(arguments, reader))
         print("\n".join(page(reader, diagnosis, arguments)))
         damaged = reader.damaged
+    if arguments.config is not None and diagnosis.samples:
+        for note in notes_on(load_config(arguments), diagnosis.preset):
+            print(f"note: {note}", file=sys.stderr)
     if not diagnosis.can_replay:
         return ExitCode.NOTHING_PAIRED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
@@ -77,12 +81,13 @@ def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Itera
     inputs = table([("for", "topic", "first message"), *rows]).split("\n") if rows else []
     inputs += [f"Of each, {MESSAGES} messages were decoded; of the others only the stamps were read."] if rows else []
     yield from _section("What a replay reads", inputs)
-    yield from _section("How it fits together", diagnosis.fit)
+    preset = f"the preset for it is {diagnosis.preset}, which a replay chooses"
+    yield from _section("How it fits together", [*diagnosis.fit, *([preset] if rows and not arguments.config else [])])
     yield from _section("What is lost", map(str, reader.losses))
     yield from _section("What is missing", _spoken([one for one in diagnosis.findings if one.blocks]))
     odd = _spoken([one for one in diagnosis.findings if not one.blocks])
     yield from _section("What is odd", [*odd, *reader.notes])
-    commands = [replay_command(arguments, diagnosis.preset, request) for request in diagnosis.replays]
+    commands = [replay_command(arguments, request) for request in diagnosis.replays]
     yield from _section("Replay it with" if len(commands) < 2 else "Replay it with one of", commands)
 
 
@@ -128,11 +133,10 @@ def _row(name: str, kind: str, count: int, rhythm: Rhythm | None, start_ns: int 
     return name, shown, str(count), f"{1e9 / rhythm.period_ns:.1f} Hz", *times, gap, jitter
 
 
-def replay_command(arguments: Namespace, preset: str, request: TopicRequest) -> str:
+def replay_command(arguments: Namespace, request: TopicRequest) -> str:
     """The command line that replays the bag with these topics, and with what the user gave here."""
-    config = arguments.config or preset
     words = ["vigg", "replay", str(Path(arguments.bag))]
-    words += [] if config == "rgbd" else ["--config", config]
+    words += [] if arguments.config is None else ["--config", arguments.config]
     words += [word for assignment in arguments.set for word in ("--set", assignment)]
     words += [] if arguments.extrinsics is None else ["--extrinsics", *map(str, arguments.extrinsics)]
     for name in TOPICS:

@@ -20,7 +20,7 @@ from vigg_ros.commands.comparison import (
     report,
 )
 from vigg_ros.commands.configuration import load_config
-from vigg_ros.commands.console import ExitCode, UsageError, positive_float, positive_int
+from vigg_ros.commands.console import ExitCode, UsageError, add_examples, positive_float, positive_int
 from vigg_ros.commands.replay import add_extrinsics_argument, add_topic_arguments
 from vigg_ros.evaluation.pairs import PROTOCOLS, Posed, Protocol, Wanted, choose, pairs_listed, posed_frames
 from vigg_ros.evaluation.results import INDOOR, OUTDOOR
@@ -46,6 +46,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_comparison_arguments(parser)
     add_topic_arguments(parser)
     add_extrinsics_argument(parser, "of a bag, instead of /tf_static")
+    add_examples(
+        parser,
+        "vigg evaluate pairs 7scenes redkitchen --gaps 20 60",
+        "vigg evaluate pairs bag bags/street_lidar --config lidar --gaps 2 4 --every 4",
+    )
 
 
 def run(arguments: Namespace) -> ExitCode:

@@ -18,7 +18,7 @@ from vigg_ros.commands.comparison import (
     report,
 )
 from vigg_ros.commands.configuration import load_config
-from vigg_ros.commands.console import ExitCode, Progress, positive_int
+from vigg_ros.commands.console import ExitCode, Progress, add_examples, positive_int
 from vigg_ros.evaluation.pairs import Wanted
 from vigg_ros.evaluation.rendered import OUTDOOR as STREET
 from vigg_ros.evaluation.rendered import OVERLAPS, rendered_pairs
@@ -34,6 +34,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--pairs", type=positive_int, default=200, help="of all kinds (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of places, motions and noise (default: %(default)s)")
     add_comparison_arguments(parser, presets=False)
+    add_examples(
+        parser,
+        "vigg evaluate rendered --pairs 20",
+        "vigg evaluate rendered --pairs 100 --methods default paper --jobs 2 --output rendered",
+    )
 
 
 def run(arguments: Namespace) -> ExitCode:

@@ -5,11 +5,8 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from random import SystemRandom
 from tempfile import TemporaryDirectory
@@ -17,7 +14,7 @@ from tempfile import TemporaryDirectory
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
 from vigg_ros.commands.configuration import add_config_arguments, load_config
-from vigg_ros.commands.console import ExitCode
+from vigg_ros.commands.console import ExitCode, interruptible
 from vigg_ros.commands.node_command import NodeArguments, needs_ros, node_arguments, shown
 from vigg_ros.commands.play import MAX_LATE_S, add_playing_arguments, make_plan
 from vigg_ros.commands.replay import (
@@ -30,8 +27,7 @@ from vigg_ros.commands.replay import (
 from vigg_ros.evaluation.trajectory import Trajectory
 from vigg_ros.messages.stamped_pose import decode_pose
 from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.options import InputConfig
-from vigg_ros.replay.samples import suggest_preset, take_samples
+from vigg_ros.replay.samples import find_preset
 from vigg_ros.replay.truth import true_trajectory
 
 DOMAINS = range(1, 102)
@@ -59,13 +55,14 @@ def run(arguments: Namespace) -> ExitCode:
     """Start the node, play, watch, stop the node, and print what it did."""
     with needs_ros():
         from vigg_ros.player.live_run import LiveRun
-        from vigg_ros.player.live_summary import summary_table
+        from vigg_ros.player.live_summary import advice_on_drops, summary_table
         from vigg_ros.player.node_process import NodeFailed
     domain_id = _choose_domain() if arguments.domain_id is None else arguments.domain_id
-    with BagReader(arguments.bag) as reader, TemporaryDirectory(prefix="vigg_live_") as folder, _stops_on_sigterm():
+    with BagReader(arguments.bag) as reader, TemporaryDirectory(prefix="vigg_live_") as folder, interruptible():
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
         node = _node_arguments(reader, choice, arguments)
-        _say(f"{shown(node)}\non ROS_DOMAIN_ID={domain_id}, where rviz2 and `ros2 topic` can watch too")
+        _say(shown(node))
+        _say(f"on ROS_DOMAIN_ID={domain_id} (--domain-id chooses), where rviz2 and `ros2 topic` can watch too")
         live = LiveRun(
             reader,
             choice,
@@ -80,12 +77,15 @@ def run(arguments: Namespace) -> ExitCode:
             _say(f"vigg live: {error}")
             return ExitCode.FAILED
         if interrupted:
-            _say("")  # the terminal shows ^C
+            _say("\nvigg live: interrupted")  # on a line of its own, as the terminal shows ^C
         for note in [*reader.notes, *choice.notes, *live.notes, *map(str, reader.losses)]:
             _say(f"note: {note}")
         print(summary_table(live.summary))
         if live.late_s > MAX_LATE_S:
             _say(f"note: the rhythm was not kept: messages came up to {live.late_s:.1f} s late")
+        advice = advice_on_drops(live.summary, arguments.rate)
+        if advice:
+            print(advice)
         if interrupted:
             return ExitCode.INTERRUPTED
         return _verdict(live.summary.score.answered, live.summary.exit_code)
@@ -104,7 +104,7 @@ def _verdict(answered: int, exit_code: int) -> ExitCode:
 def _node_arguments(reader: BagReader, choice: TopicChoice, arguments: Namespace) -> NodeArguments:
     extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
     node = node_arguments(reader, choice, extrinsics)
-    config = arguments.config or suggest_preset(take_samples(reader, choice, InputConfig()))
+    config = arguments.config or find_preset(reader, choice)
     load_config(Namespace(config=config, set=arguments.set))  # a mistake in it is told here, not by the node
     options = dict(assignment.partition("=")[::2] for assignment in arguments.set)
     return NodeArguments(node.remappings, {"config": config, **node.parameters, **options})
@@ -128,21 +128,6 @@ def _read_truth(reader: BagReader, choice: TopicChoice, file: str | None) -> Tra
 def _choose_domain() -> int:
     own = os.environ.get("ROS_DOMAIN_ID", "")
     return SystemRandom().choice([domain for domain in DOMAINS if str(domain) != own])
-
-
-@contextmanager
-def _stops_on_sigterm() -> Iterator[None]:
-    """SIGTERM and a closed terminal end the command as Ctrl-C does: otherwise the node would stay behind."""
-
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    before = {number: signal.signal(number, interrupt) for number in (signal.SIGTERM, signal.SIGHUP)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _say(text: str) -> None:

@@ -18,8 +18,7 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.commands.console import UsageError
 from vigg_ros.messages.rotation import quaternion_from_rotation
-from vigg_ros.registration.options import InputConfig
-from vigg_ros.replay.samples import suggest_preset, take_samples
+from vigg_ros.replay.samples import find_preset
 from vigg_ros.replay.source import read_extrinsics
 from vigg_ros.tracking.extrinsics import Lookup
 
@@ -81,8 +80,7 @@ def arguments_for_bag(reader: BagReader) -> NodeArguments:
     choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
     tree = None if choice.points is None else read_extrinsics(reader, choice)
     found = node_arguments(reader, choice, None if tree is None else tree.lookup)
-    preset = suggest_preset(take_samples(reader, choice, InputConfig()))
-    return replace(found, parameters={"config": preset, **found.parameters})
+    return replace(found, parameters={"config": find_preset(reader, choice), **found.parameters})
 
 
 def shown(arguments: NodeArguments) -> str:

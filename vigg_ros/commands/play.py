@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from vigg_ros.bags.reader import BagReader, Topic
-from vigg_ros.commands.console import ExitCode, Progress, UsageError, positive_float, positive_int
+from vigg_ros.commands.console import ExitCode, Progress, UsageError, interruptible, positive_float, positive_int
 from vigg_ros.commands.node_command import arguments_for_bag, needs_ros, shown
 from vigg_ros.registration.errors import ViggError
 
@@ -73,7 +73,7 @@ def seconds(text: str) -> float:
 
 
 def run(arguments: Namespace) -> ExitCode:
-    """Play until the end or Ctrl-C. Raises BagError for a bag that cannot be read at all."""
+    """Play until the end, Ctrl-C or SIGTERM. Raises BagError for a bag that cannot be read at all."""
     with needs_ros():
         from vigg_ros.player.dds_profile import set_profile
         from vigg_ros.player.participant import participant
@@ -82,9 +82,9 @@ def run(arguments: Namespace) -> ExitCode:
         from vigg_ros.player.sim_time import clock_publisher
     if arguments.clock and arguments.now:
         raise UsageError("--clock tells the recording's time and --now moves stamps to the present; give one of them")
-    with BagReader(arguments.bag) as reader:
+    with interruptible(), BagReader(arguments.bag) as reader:
         topics = _wanted_topics(reader, arguments)
-        print(f"for the node: {_node_line(reader)}", flush=True)
+        _print_node_line(reader)
         notes = set_profile()
         with participant("vigg_player") as node:
             latched = reader.latched() | {"/tf_static"}
@@ -145,12 +145,12 @@ def _wanted_topics(reader: BagReader, arguments: Namespace) -> list[Topic]:
     return [topic for topic in topics if topic.name.strip("/") in wanted]
 
 
-def _node_line(reader: BagReader) -> str:
-    """How to start the registrar for this bag, or why that is not clear."""
+def _print_node_line(reader: BagReader) -> None:
+    """How to start the registrar for this bag, bare, so that a shell can take it; else why that is not clear."""
     try:
-        return shown(arguments_for_bag(reader))
+        print(shown(arguments_for_bag(reader)), flush=True)
     except ViggError as error:
-        return f"no command fits ({error})"
+        _say([f"no command starts the node for this bag: {error}"])
 
 
 def _say(notes: Iterable[str]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.commands.configuration import add_config_arguments, load_config
-from vigg_ros.commands.console import ExitCode, UsageError, positive_float, table
+from vigg_ros.commands.console import ExitCode, UsageError, add_examples, positive_float, table
 from vigg_ros.commands.replay import add_extrinsics_argument, given_extrinsics
 from vigg_ros.pictures import BODY, OPTICAL, draw_aligned, draw_matches
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
@@ -51,6 +51,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_extrinsics_argument(parser, "needed for scans")
     parser.add_argument("--output", metavar="DIR", help="a new folder for the pictures (default: vigg_register_TIME)")
     add_config_arguments(parser)
+    add_examples(
+        parser,
+        "vigg register a.png a_depth.png b.png b_depth.png --intrinsics 585 585 320 240",
+        "vigg register a.png a.bin b.png b.bin --intrinsics 707 707 602 183 --config lidar "
+        "--extrinsics 0.27 0 -0.08 -0.5 0.5 -0.5 0.5",
+    )
 
 
 def run(arguments: Namespace) -> ExitCode | int:

@@ -17,15 +17,15 @@ from scipy.spatial.transform import Rotation
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.bags.tum import read_stamped_poses
-from vigg_ros.commands.configuration import add_config_arguments, load_config
-from vigg_ros.commands.console import ExitCode, Progress, UsageError, describe_machine
+from vigg_ros.commands.configuration import ChosenConfig, add_config_arguments, choose_config
+from vigg_ros.commands.console import ExitCode, Progress, UsageError, add_examples, describe_machine
 from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import BagError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.replay.gallery import Gallery
 from vigg_ros.replay.outputs import write_frames, write_json, write_trajectory
-from vigg_ros.replay.record import FrameRecord, Recording
+from vigg_ros.replay.record import COLOUR_IMAGES, SCANS, FrameRecord, Recording
 from vigg_ros.replay.replay import Replay
 from vigg_ros.replay.report import write_report
 from vigg_ros.replay.result_bag import write_result_bag
@@ -44,12 +44,17 @@ MIN_FRAMES = 2
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg replay``."""
     parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
-    add_config_arguments(parser)
+    add_config_arguments(parser, default=None)
     parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
     parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
     add_extrinsics_argument(parser)
     add_topic_arguments(parser)
+    add_examples(
+        parser,
+        "vigg replay bags/street_lidar --output street",
+        "vigg replay BAG --image-topic /left/image_raw --ground-truth truth.tum --set visual.detector=orb",
+    )
 
 
 def add_extrinsics_argument(parser: ArgumentParser, use: str = "instead of /tf_static") -> None:
@@ -77,19 +82,19 @@ def requested_topics(arguments: Namespace) -> TopicRequest:
 
 def run(arguments: Namespace) -> ExitCode:
     """Replay, write, and say where; raises the package's errors for what cannot be replayed."""
-    config = load_config(arguments)
     bag = Path(arguments.bag)
     output = _output_folder(arguments.output, bag)
     truth = read_truth(Path(arguments.ground_truth)) if arguments.ground_truth else None
-    gallery = Gallery(config)
     with BagReader(bag) as reader:
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
+        chosen = choose_config(arguments, reader, choice)
+        gallery = Gallery(chosen.config)
         extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
-        source = BagSource(reader, choice, config.input)
-        replay = Replay(config, gallery.offer, extrinsics=extrinsics)
+        source = BagSource(reader, choice, chosen.config.input)
+        replay = Replay(chosen.config, gallery.offer, extrinsics=extrinsics)
         leader = choice.image if choice.points is None else choice.points
         records, interrupted = _collect(replay, source, leader.count)
-        notes = [*reader.notes, *choice.notes, *source.notes.values(), *map(str, reader.losses)]
+        notes = [*chosen.notes, *reader.notes, *choice.notes, *source.notes.values(), *map(str, reader.losses)]
         damaged = reader.damaged
     recording = Recording(
         name=bag.name,
@@ -98,15 +103,16 @@ def run(arguments: Namespace) -> ExitCode:
         refused=source.refused + replay.refused,
         notes=notes,
         frame_id=replay.frame_id,
+        leaders=COLOUR_IMAGES if choice.points is None else SCANS,
     )
     if sum(record.state != "REFUSED" for record in records) < MIN_FRAMES and not interrupted:
-        _say_nothing_paired(recording, _leaders(choice))
+        _say_nothing_paired(recording)
         return ExitCode.NOTHING_PAIRED
-    _write(recording, gallery, output, with_bag=arguments.output_bag)
+    _write(recording, gallery, chosen, output, with_bag=arguments.output_bag)
     if interrupted:
         return ExitCode.INTERRUPTED
     if len(recording.answered) < MIN_FRAMES:
-        _say_nothing_answered(recording, _leaders(choice))
+        _say_nothing_answered(recording)
         return ExitCode.NOTHING_PAIRED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
 
@@ -172,46 +178,44 @@ def _output_folder(asked: str | None, bag: Path) -> Path:
     return output
 
 
-def _leaders(choice: TopicChoice) -> str:
-    """The messages of which each should become a frame."""
-    return "colour images" if choice.points is None else "scans"
-
-
-def _say_nothing_paired(recording: Recording, leaders: str) -> None:
+def _say_nothing_paired(recording: Recording) -> None:
     reasons = ", ".join(f"{code} {count}" for code, count in recording.refused.most_common())
     _print_notes(recording)
     print(
-        f"vigg replay: {len(recording.frames)} {leaders}, but fewer than {MIN_FRAMES} frames could be made of them "
-        f"(refused: {reasons or 'none'}); `vigg doctor` says what is missing",
+        f"vigg replay: {len(recording.frames)} {recording.leaders}, but fewer than {MIN_FRAMES} frames could be made "
+        f"of them (refused: {reasons or 'none'}); `vigg doctor` says what is missing",
         file=sys.stderr,
     )
 
 
-def _say_nothing_answered(recording: Recording, leaders: str) -> None:
+def _say_nothing_answered(recording: Recording) -> None:
     print(
-        f"vigg replay: {len(recording.answered)} of {len(recording.frames)} {leaders} got a pose, fewer than the "
-        f"{MIN_FRAMES} of a motion; frames.csv and the report say why",
+        f"vigg replay: {len(recording.answered)} of {len(recording.frames)} {recording.leaders} got a pose, "
+        f"fewer than the {MIN_FRAMES} of a motion; frames.csv and the report say why",
         file=sys.stderr,
     )
 
 
-def _write(recording: Recording, gallery: Gallery, output: Path, *, with_bag: bool) -> None:
+def _write(
+    recording: Recording, gallery: Gallery, chosen: ChosenConfig, output: Path, *, with_bag: bool
+) -> None:
     metrics = measure(recording)
     run_info = {
         "command": shlex.join(["vigg", *sys.argv[1:]]),
+        "configuration": chosen.source,
         "finished": datetime.now().astimezone().isoformat(timespec="seconds"),
         **describe_machine(),
     }
     try:
         output.mkdir(parents=True)
-        _write_files(recording, metrics, gallery.config, run_info, output)
+        _write_files(recording, metrics, chosen.config, run_info, output)
         write_report(recording, metrics, gallery, run_info, output / "report.html")
     except OSError as error:
         raise UsageError(f"{output} cannot be written: {error}; give another --output") from error
     if with_bag:
         write_result_bag(recording.frames, recording.frame_id, output / "results_bag")
     _print_notes(recording)
-    print(summary_table(recording, metrics))
+    print(summary_table(recording, metrics, configuration=chosen.source))
     print(f"report: {output / 'report.html'}")
 
 

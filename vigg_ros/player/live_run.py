@@ -24,7 +24,7 @@ from vigg_ros.player.publishers import Publishers
 from vigg_ros.player.scoreboard import Errors, Score, Scoreboard
 
 READY_S = 180.0
-"""So long the node may take to subscribe: before, it compiles its kernels, half a minute where they are not cached."""
+"""So long the node may take to subscribe: before, it compiles its kernels, up to a minute where they are not cached."""
 
 QUIET_S = 3.0
 """After the last message the node is stopped when everything is answered, or nothing was heard for so long."""
@@ -75,7 +75,9 @@ class LiveRun:
                 interrupted = True
             self._exit_code = self._process.stop()
             self.notes += [*publishers.notes, *observer.faults]
-            self.notes += [f"the node says: {line}" for line in self._process.problems()]
+            # Drops are counted in the table; what the node said of them on the way is out of date.
+            problems = [line for line in self._process.problems() if "(DROPPED)" not in line]
+            self.notes += [f"the node says: {line}" for line in problems]
         return interrupted
 
     @property

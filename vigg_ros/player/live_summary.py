@@ -47,6 +47,25 @@ def summary_table(run: Run) -> str:
     return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)
 
 
+def advice_on_drops(run: Run, rate: float) -> str:
+    """One sentence with a rate of playing that this computer can follow; empty if nothing was dropped."""
+    score = run.score
+    registered = score.sent - score.dropped - score.silent
+    if not score.dropped or run.played_s <= 0:
+        return ""
+    said = f"{score.dropped} of {score.sent} frames were dropped because newer ones came"
+    if registered < 1:
+        return said
+    slower = _round_down(rate * registered / score.sent)
+    return f"registered about {registered / run.played_s:.2g} frames a second here; {said}; try --rate {slower:g}"
+
+
+def _round_down(value: float) -> float:
+    """To one digit: 0.37 to 0.3."""
+    unit = 10.0 ** np.floor(np.log10(value))
+    return float(f"{np.floor(value / unit + 1e-9) * unit:.0e}")
+
+
 def _rate(count: int, seconds: float) -> str:
     return f"{(count - 1) / seconds:.1f} Hz" if count > 1 and seconds > 0 else "-"
 

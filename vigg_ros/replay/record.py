@@ -15,6 +15,8 @@ from vigg_ros.registration.result import Evidence, Registration, Rejection
 from vigg_ros.tracking.observation import StampedPose
 from vigg_ros.tracking.registrar import Estimate
 
+COLOUR_IMAGES, SCANS = "colour images", "scans"
+
 
 @dataclass(frozen=True, slots=True)
 class FrameRecord:
@@ -85,6 +87,8 @@ class Recording:
     """What a user should know: odd inputs that were accepted, losses of the bag."""
     frame_id: str = ""
     """The sensor's coordinate frame, as the messages name it."""
+    leaders: str = COLOUR_IMAGES
+    """The messages of which each became a frame: COLOUR_IMAGES or SCANS."""
 
     @property
     def answered(self) -> list[FrameRecord]:

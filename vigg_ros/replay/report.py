@@ -62,7 +62,7 @@ def _header(content: Content) -> Markup:
     recording, metrics = content.recording, content.metrics
     tiles = [
         wording.coverage_tile(recording),
-        *wording.accuracy_tiles(metrics),
+        *wording.accuracy_tiles(recording, metrics),
         wording.time_tile(recording, content.run_info),
     ]
     return element(

@@ -79,6 +79,11 @@ def suggest_preset(samples: Samples) -> str:
     return "lidar" if np.percentile(ranges_m, 95) > GeometricConfig().max_range_m else "rgbd"
 
 
+def find_preset(reader: BagReader, choice: TopicChoice) -> str:
+    """The preset for the chosen topics of an open bag, by its first messages."""
+    return suggest_preset(take_samples(reader, choice, InputConfig()))
+
+
 def _observed(samples: Samples, role: Role) -> tuple[Observation, ...]:
     return samples[role].observations if role in samples else ()
 

@@ -8,18 +8,20 @@ from collections import Counter
 
 import numpy as np
 
-from vigg_ros.evaluation.accuracy import Accuracy, TrajectoryMetrics
+from vigg_ros.evaluation.accuracy import TrajectoryMetrics
 from vigg_ros.replay.record import Recording
+from vigg_ros.replay.truth import why_no_errors
 
 
-def summary_table(recording: Recording, metrics: TrajectoryMetrics | None) -> str:
-    """Coverage, errors with their alignment, and time per frame, as aligned text."""
+def summary_table(recording: Recording, metrics: TrajectoryMetrics | None, *, configuration: str) -> str:
+    """What was replayed and how: coverage, errors with their alignment, and time per frame, as aligned text."""
     rows = [
         ("recording", recording.name),
+        ("configuration", configuration),
         ("frames answered", f"{len(recording.answered)} of {len(recording.frames)} ({recording.coverage:.1%})"),
         *_unanswered(recording),
         ("keyframes", str(_keyframes(recording))),
-        *(_errors(metrics.pooled) if metrics is not None else [("errors", "no ground truth to compare with")]),
+        *_errors(recording, metrics),
         ("time per frame", _times(recording)),
     ]
     width = max(len(name) for name, _ in rows)
@@ -39,9 +41,10 @@ def _unanswered(recording: Recording) -> list[tuple[str, str]]:
     return [("without a pose", ", ".join(f"{reason}: {count}" for reason, count in reasons.most_common()))]
 
 
-def _errors(accuracy: Accuracy) -> list[tuple[str, str]]:
-    if not accuracy.compared:
-        return [("errors", "no answered frame has a true pose near its stamp")]
+def _errors(recording: Recording, metrics: TrajectoryMetrics | None) -> list[tuple[str, str]]:
+    if metrics is None or not metrics.pooled.compared:
+        return [("errors", why_no_errors(recording))]
+    accuracy = metrics.pooled
     ate, rpe = accuracy.absolute.as_dict(), accuracy.per_second.as_dict()
     shown = [
         (

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vigg_ros.evaluation.accuracy import SessionMetrics, TrajectoryMetrics, measure_session
-from vigg_ros.evaluation.trajectory import Trajectory
+from vigg_ros.evaluation.trajectory import Trajectory, interpolate
 from vigg_ros.replay.record import FrameRecord, Recording
 from vigg_ros.tracking.observation import StampedPose
 
@@ -37,6 +37,21 @@ def estimated_trajectory(records: Sequence[FrameRecord]) -> Trajectory:
     return Trajectory.of(stamps_ns, [record.T_odom_frame for record in answered])
 
 
+def why_no_errors(recording: Recording) -> str:
+    """For a recording of which nothing could be measured: what is lacking."""
+    if not recording.truth:
+        return "no ground truth to compare with"
+    truth = true_trajectory(recording.truth)
+    sessions = {record.session for record in recording.answered}
+    estimates = [estimated_trajectory(_of_session(recording.frames, number)) for number in sessions]
+    count = sum(int(interpolate(truth, estimate.stamps_ns)[1].sum()) for estimate in estimates)
+    if count == 0:
+        return "no answered frame has a true pose near its stamp"
+    if count == 1:
+        return "only 1 answered frame has a true pose; errors need two"
+    return f"{count} answered frames have a true pose, but no two of one session; errors need two"
+
+
 def truth_frame_note(recording: Recording) -> str:
     """A warning when the truth follows another frame than the sensor's; empty if not, or if nobody says."""
     followed = {pose.child_frame_id for pose in recording.truth} - {"", recording.frame_id}
@@ -49,5 +64,9 @@ def truth_frame_note(recording: Recording) -> str:
 
 
 def _measure(session: int, frames: Sequence[FrameRecord], truth: Trajectory) -> SessionMetrics:
-    records = [record for record in frames if record.session == session]
+    records = _of_session(frames, session)
     return measure_session(session, estimated_trajectory(records), truth, received=len(records))
+
+
+def _of_session(frames: Sequence[FrameRecord], session: int) -> list[FrameRecord]:
+    return [record for record in frames if record.session == session]

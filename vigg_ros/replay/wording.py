@@ -15,10 +15,10 @@ from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.replay.page import Markup, element, table, tile
 from vigg_ros.replay.record import Recording
 from vigg_ros.replay.series import Axis, totals_ms
-from vigg_ros.replay.truth import truth_frame_note
+from vigg_ros.replay.truth import truth_frame_note, why_no_errors
 
 MEANINGS = {
-    "NO_DEPTH": "Too few 3-D points: is the depth image empty, or in another unit?",
+    "NO_DEPTH": "Too few 3-D points: is depth missing, out of range, in another unit, or a scan outside the image?",
     "NO_TEXTURE": "Too few distinct spots in the image that have depth: a bare wall, darkness or blur.",
     "TOO_FEW_MATCHES": "The frame has too little in common with the keyframes it was compared with.",
     "TOO_FEW_INLIERS": "Too few matches agree with the best motion that was found.",
@@ -34,13 +34,13 @@ MEANINGS = {
 def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
     """The result in two sentences; accuracy with its coverage and alignment."""
     received, answered = len(recording.frames), len(recording.answered)
-    said = f"{answered} of {received} colour images got a pose ({recording.coverage:.1%})."
+    said = f"{answered} of {received} {recording.leaders} got a pose ({recording.coverage:.1%})."
     if not answered:
         said += " There is no trajectory."
     elif metrics is None:
         said += " The recording holds no ground truth, so nothing is known of their errors."
     elif not metrics.pooled.compared:
-        said += " No two of them have a true pose near their stamps, so nothing is known of their errors."
+        said += f" Nothing is known of their errors: {why_no_errors(recording)}."
     else:
         ate = Spread.of(metrics.pooled.absolute.translation_m)
         said += (
@@ -55,14 +55,14 @@ def coverage_tile(recording: Recording) -> Markup:
     """Frames answered over frames received."""
     lost = sum(record.state == "LOST" for record in recording.frames)
     refused = sum(record.state == "REFUSED" for record in recording.frames)
-    said = f"of {len(recording.frames)} images received; {lost} lost, {refused} refused"
+    said = f"of {len(recording.frames)} {recording.leaders} received; {lost} lost, {refused} refused"
     return tile("answered", f"{recording.coverage:.1%}", said)
 
 
-def accuracy_tiles(metrics: TrajectoryMetrics | None) -> list[Markup]:
+def accuracy_tiles(recording: Recording, metrics: TrajectoryMetrics | None) -> list[Markup]:
     """Absolute and relative errors and drift, as far as they are known."""
     if metrics is None or not metrics.pooled.compared:
-        return [tile("accuracy", "unknown", "there is no ground truth to compare with")]
+        return [tile("accuracy", "unknown", why_no_errors(recording))]
     accuracy = metrics.pooled
     ate = Spread.of(accuracy.absolute.translation_m)
     turned = Spread.of(accuracy.absolute.rotation_deg)
@@ -115,7 +115,7 @@ def unanswered_table(recording: Recording, axis: Axis) -> Markup:
     for (state, reason), places in sorted(groups.items(), key=lambda group: -len(group[1])):
         share = len(places) / len(recording.frames)
         count = f"{len(places)} ({share:.1%})"
-        meaning = MEANINGS.get(reason, "The image could not be made into a frame.")
+        meaning = MEANINGS.get(reason, f"One of the {recording.leaders} could not be made into a frame.")
         said = recording.frames[places[0]].message
         rows.append((element("b", reason or state), state.lower(), count, axis.place(places[0]), meaning, said))
     heading = ("reason", "", "frames", "first at", "what it means", "what was said of the first")
