@@ -56,7 +56,7 @@ def frame(i=0):
     made = _frame(image.copy(), i)
     points = keypoints.points.astype(np.float32)
     surface = Surface(points, np.tile(np.float32([0, 0, -1]), (len(points), 1)))
-    return made, assemble(made, keypoints, surface, surface, Config())
+    return made, assemble(made, keypoints, surface, surface, config=Config(), view=made.geometry.view())
 
 
 def attempt(i=0, *, with_keyframe=True):

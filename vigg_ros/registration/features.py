@@ -102,11 +102,14 @@ def extract(frame: Frame, config: Config) -> Features:
         detecting = beside.submit(copy_context().run, partial(_keypoints, frame, config, config.visual.max_pixels))
         surface = build_surface(frame.points(), config.geometric)
         patches = build_patches(surface, config.geometric)
+        view = frame.geometry.view()
         keypoints = detecting.result()
-    return assemble(frame, keypoints, surface, patches, config)
+    return assemble(frame, keypoints, surface, patches, config=config, view=view)
 
 
-def assemble(frame: Frame, keypoints: Keypoints, surface: Surface, patches: Surface, config: Config) -> Features:
+def assemble(
+    frame: Frame, keypoints: Keypoints, surface: Surface, patches: Surface, *, config: Config, view: View
+) -> Features:
     """Features from their parts, with what is made later; ``extract`` with the parts given."""
     fine = partial(_keypoints, frame, config, None) if is_reduced(frame, config.visual) else lambda: keypoints
     landmarks = Late(partial(build_landmarks, patches, config.geometric))
@@ -115,7 +118,7 @@ def assemble(frame: Frame, keypoints: Keypoints, surface: Surface, patches: Surf
         keypoints=keypoints,
         surface=surface,
         patches=patches,
-        view=frame.geometry.view(),
+        view=view,
         appearance=Appearance.of(frame),
         late_keypoints=Late(fine),
         late_landmarks=landmarks,
