@@ -63,6 +63,23 @@ def test_two_publishers_are_told_and_their_late_stamps_refused(node: NodeProcess
     assert send_and_wait(peer, frame(11))["state"] == "TRACKING"
 
 
+def test_a_late_image_counts_as_refused_and_is_logged_once(node: NodeProcess, peer: Peer) -> None:
+    def log_lines() -> list[str]:
+        return [line for line in node.log.splitlines() if "/rgb/image" in line and "STAMP_LATE" in line]
+
+    before = len(log_lines())
+    send_and_wait(peer, frame(5))
+    assert send_and_wait(peer, frame(4))["reason"] == "STAMP_LATE"
+
+    def counts() -> list[str]:
+        arrays = list(peer.heard["diagnostics"])
+        statuses = [one for array in arrays for one in array.status if one.name.endswith("/rgb/image")]
+        return [pair.value for one in statuses for pair in one.values if pair.key == "refused_STAMP_LATE"]
+
+    peer.wait(counts, "the refusal among the diagnostics")
+    assert len(log_lines()) <= before + 1
+
+
 @pytest.mark.hostile("CameraInfo: missing: WAITING")
 def test_without_camera_info_the_node_waits_and_says_so(start: Start, peer: Peer, node: NodeProcess) -> None:
     fresh = start(*depth_arguments("-r", "__node:=fresh", "-r", "rgb/camera_info:=/fresh/camera_info"))
@@ -174,20 +191,3 @@ def test_use_sim_time_without_a_clock_warns_and_goes_on(start: Start, node: Node
     peer.wait(lambda: peer.heard["diagnostics"], "diagnostics")
     assert values_of(peer.heard["diagnostics"][-1].status[0])["received"] != "0"
     assert simulated.stop()[0] == 0
-
-
-def test_a_late_image_counts_as_refused_and_is_logged_once(node: NodeProcess, peer: Peer) -> None:
-    def log_lines() -> list[str]:
-        return [line for line in node.log.splitlines() if "/rgb/image" in line and "STAMP_LATE" in line]
-
-    before = len(log_lines())
-    send_and_wait(peer, frame(5))
-    assert send_and_wait(peer, frame(4))["reason"] == "STAMP_LATE"
-
-    def counts() -> list[str]:
-        arrays = list(peer.heard["diagnostics"])
-        statuses = [one for array in arrays for one in array.status if one.name.endswith("/rgb/image")]
-        return [pair.value for one in statuses for pair in one.values if pair.key == "refused_STAMP_LATE"]
-
-    peer.wait(counts, "the refusal among the diagnostics")
-    assert len(log_lines()) <= before + 1
