@@ -63,7 +63,8 @@ ON_ONE_CORE = ("kiss-matcher", "rgbd-odometry")
 @pytest.mark.parametrize("name", [name for name in BASELINES if name not in ON_ONE_CORE])
 def test_the_same_pair_gets_the_same_answer(name):
     first, second = run(name, NEAR), run(name, NEAR)
-    np.testing.assert_array_equal(first.T_target_source, second.T_target_source)
+    # Sums of parallel libraries come in any order, so the last digits may differ.
+    np.testing.assert_allclose(first.T_target_source, second.T_target_source, rtol=0, atol=1e-9)
 
 
 def test_rgbd_odometry_says_that_scans_have_no_depth_image():
