@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
+from vigg_ros.node.player import dds_profile
 from vigg_ros.online.parameters import Settings
-from vigg_ros.player import dds_profile
 
 ROOT = Path(__file__).parents[1]
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"

@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from vigg_ros.player import dds_profile
-from vigg_ros.player.dds_profile import NAME, VARIABLE, find_shared_file, set_profile
+from vigg_ros.node.player import dds_profile
+from vigg_ros.node.player.dds_profile import NAME, VARIABLE, find_shared_file, set_profile
 
 ROOT = Path(__file__).parents[2]
 SPACE = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
@@ -68,7 +68,8 @@ def test_where_there_is_no_such_file_system_the_profile_is_used(monkeypatch: pyt
 @pytest.fixture
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder in which nothing of the source tree is found; the package lies in its lib/."""
-    monkeypatch.setattr(dds_profile, "__file__", str(tmp_path / "lib" / "vigg_ros" / "player" / "dds_profile.py"))
+    module = tmp_path / "lib" / "vigg_ros" / "node" / "player" / "dds_profile.py"
+    monkeypatch.setattr(dds_profile, "__file__", str(module))
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     monkeypatch.setattr(dds_profile.sys, "prefix", str(tmp_path / "prefix"))
     monkeypatch.setattr(dds_profile.site, "getuserbase", lambda: str(tmp_path / "user"))

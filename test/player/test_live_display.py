@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vigg_ros.player import live_display
-from vigg_ros.player.live_display import LINE_S, REDRAW_S, LiveDisplay, cpu_percent
-from vigg_ros.player.live_summary import Run, advice_on_drops, summary_table
-from vigg_ros.player.node_process import Usage
-from vigg_ros.player.scoreboard import Score
+from vigg_ros.node.player import live_display
+from vigg_ros.node.player.live_display import LINE_S, REDRAW_S, LiveDisplay, cpu_percent
+from vigg_ros.node.player.live_summary import Run, advice_on_drops, summary_table
+from vigg_ros.node.player.node_process import Usage
+from vigg_ros.node.player.scoreboard import Score
 
 SCORE = Score(
     state="LOST LOW_OVERLAP",

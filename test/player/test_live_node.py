@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("rclpy", reason="needs ROS 2: source Jazzy, or pip install 'vigg_ros[ros]'")
 
 from vigg_ros.cli import main
-from vigg_ros.player.dds_profile import VARIABLE
+from vigg_ros.node.player.dds_profile import VARIABLE
 
 BAGS = Path(__file__).parents[2] / "bags"
 

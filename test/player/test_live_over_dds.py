@@ -26,8 +26,8 @@ from vigg_ros.messages.encode import (
     encode_tf,
     encode_transform,
 )
-from vigg_ros.player import live_run
-from vigg_ros.player.dds_profile import VARIABLE
+from vigg_ros.node.player import live_run
+from vigg_ros.node.player.dds_profile import VARIABLE
 from vigg_ros.registration.camera import Camera
 
 FAKE_NODE = Path(__file__).with_name("fake_node.py")
@@ -137,7 +137,7 @@ def test_a_node_that_does_not_subscribe_is_given_up(
 def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, ignored: bool, tmp_path: Path) -> None:
     bag = write(tmp_path / "bag", with_points=False)
     code = (
-        "import sys\nfrom vigg_ros.player import live_display, live_run\nfrom vigg_ros.cli import main\n"
+        "import sys\nfrom vigg_ros.node.player import live_display, live_run\nfrom vigg_ros.cli import main\n"
         f"live_run.node_command = lambda words: [sys.executable, {str(FAKE_NODE)!r}, {str(tmp_path)!r}, *words]\n"
         "live_display.LINE_S = 0.5\n"
         f"sys.exit(main(['live', {str(bag)!r}, '--loop']))"

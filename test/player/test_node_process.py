@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from vigg_ros.player import node_process
-from vigg_ros.player.node_process import NodeFailed, NodeProcess
+from vigg_ros.node.player import node_process
+from vigg_ros.node.player.node_process import NodeFailed, NodeProcess
 
 OBEDIENT = "import signal, sys; signal.signal(2, lambda *_: sys.exit({code})); print('up', flush=True); signal.pause()"
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vigg_ros.player import pacing
-from vigg_ros.player.pacing import JUMP_NS, Pace, Timeline
+from vigg_ros.node.player import pacing
+from vigg_ros.node.player.pacing import JUMP_NS, Pace, Timeline
 
 SECOND_NS = 1_000_000_000
 

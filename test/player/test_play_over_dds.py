@@ -31,7 +31,7 @@ from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli import main
 from vigg_ros.commands import node_command
 from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_tf, encode_transform
-from vigg_ros.player.dds_profile import VARIABLE
+from vigg_ros.node.player.dds_profile import VARIABLE
 from vigg_ros.registration.camera import Camera
 
 START_NS = 1_700_000_000_123_456_789

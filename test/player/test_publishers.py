@@ -17,8 +17,8 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_msgs.msg import String
 
 from vigg_ros.bags.reader import SerialisedMessage, Topic
-from vigg_ros.player.participant import participant
-from vigg_ros.player.publishers import Publishers, find_class
+from vigg_ros.node.player.participant import participant
+from vigg_ros.node.player.publishers import Publishers, find_class
 
 STRING = "std_msgs/msg/String"
 HELLO = b"\0\1\0\0\6\0\0\0hello\0"

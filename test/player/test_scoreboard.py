@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.evaluation.trajectory import Trajectory
-from vigg_ros.player.scoreboard import Errors, Scoreboard
+from vigg_ros.node.player.scoreboard import Errors, Scoreboard
 from vigg_ros.registration.rigid import inverse
 
 PERIOD_NS = 100_000_000

@@ -54,9 +54,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> ExitCode:
     """Start the node, play, watch, stop the node, and print what it did."""
     with needs_ros():
-        from vigg_ros.player.live_run import LiveRun
-        from vigg_ros.player.live_summary import advice_on_drops, summary_table
-        from vigg_ros.player.node_process import NodeFailed
+        from vigg_ros.node.player.live_run import LiveRun
+        from vigg_ros.node.player.live_summary import advice_on_drops, summary_table
+        from vigg_ros.node.player.node_process import NodeFailed
     domain_id = _choose_domain() if arguments.domain_id is None else arguments.domain_id
     with BagReader(arguments.bag) as reader, TemporaryDirectory(prefix="vigg_live_") as folder, interruptible():
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())

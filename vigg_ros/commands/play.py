@@ -16,7 +16,7 @@ from vigg_ros.commands.node_command import arguments_for_bag, needs_ros, shown
 from vigg_ros.registration.errors import ViggError
 
 if TYPE_CHECKING:
-    from vigg_ros.player.playback import Plan, Playback, Sending
+    from vigg_ros.node.player.playback import Plan, Playback, Sending
 
 WAIT_S = 10.0
 """So long the first message waits for somebody to subscribe."""
@@ -75,11 +75,11 @@ def seconds(text: str) -> float:
 def run(arguments: Namespace) -> ExitCode:
     """Play until the end, Ctrl-C or SIGTERM. Raises BagError for a bag that cannot be read at all."""
     with needs_ros():
-        from vigg_ros.player.dds_profile import set_profile
-        from vigg_ros.player.participant import participant
-        from vigg_ros.player.playback import Playback
-        from vigg_ros.player.publishers import Publishers
-        from vigg_ros.player.sim_time import clock_publisher
+        from vigg_ros.node.player.dds_profile import set_profile
+        from vigg_ros.node.player.participant import participant
+        from vigg_ros.node.player.playback import Playback
+        from vigg_ros.node.player.publishers import Publishers
+        from vigg_ros.node.player.sim_time import clock_publisher
     if arguments.clock and arguments.now:
         raise UsageError("--clock tells the recording's time and --now moves stamps to the present; give one of them")
     with interruptible(), BagReader(arguments.bag) as reader:
@@ -101,7 +101,7 @@ def run(arguments: Namespace) -> ExitCode:
 
 def make_plan(arguments: Namespace) -> Plan:
     """How to play, of the arguments."""
-    from vigg_ros.player.playback import Plan
+    from vigg_ros.node.player.playback import Plan
 
     return Plan(
         rate=arguments.rate,

@@ -57,8 +57,11 @@ def stage(name: str) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
     """Mark a function as a stage. Stages do not nest: an inner one would be counted twice."""
 
     def mark(function: Callable[_P, _R]) -> Callable[_P, _R]:
+        """The function as a stage of this name."""
+
         @functools.wraps(function)
         def timed(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+            """The function, within the time that is left, and measured if somebody records."""
             end, budget_s = _limit.get()
             if time.monotonic() > end:
                 raise OutOfTime(f"the time budget of {budget_s:g} s was used up before {name}")

@@ -178,6 +178,7 @@ def heaviest_cliques_plain(
     neighbours = [set(np.flatnonzero(row).tolist()) for row in adjacency]
 
     def expand(clique: list[int], candidates: set[int], excluded: set[int]) -> None:
+        """Bron-Kerbosch: all maximal cliques that grow from this one."""
         if not candidates and not excluded and len(clique) >= 3:
             total = weight[np.ix_(clique, clique)].sum() / 2
             for node in clique:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigg_ros.player.live_display import cpu_percent
-from vigg_ros.player.node_process import Usage
-from vigg_ros.player.scoreboard import Score
+from vigg_ros.node.player.live_display import cpu_percent
+from vigg_ros.node.player.node_process import Usage
+from vigg_ros.node.player.scoreboard import Score
 
 
 @dataclass(frozen=True, slots=True)

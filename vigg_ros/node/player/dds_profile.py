@@ -54,7 +54,7 @@ def find_shared_file(name: str) -> Path | None:
 
 
 def _share_folders() -> Iterator[Path]:
-    beside = Path(__file__).parents[2]
+    beside = Path(__file__).parents[3]
     yield beside  # the source tree, and a development installation
     yield beside / "share" / "vigg_ros"  # pip install --target
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):

@@ -13,15 +13,15 @@ from pathlib import Path
 from vigg_ros.bags.reader import BagReader, Topic
 from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.evaluation.trajectory import Trajectory
-from vigg_ros.player.dds_profile import set_profile
-from vigg_ros.player.live_display import LiveDisplay
-from vigg_ros.player.live_summary import Run
-from vigg_ros.player.node_process import NodeFailed, NodeProcess, Usage, node_command
-from vigg_ros.player.observer import Observer
-from vigg_ros.player.participant import participant
-from vigg_ros.player.playback import Plan, Playback, Sending
-from vigg_ros.player.publishers import Publishers
-from vigg_ros.player.scoreboard import Errors, Score, Scoreboard
+from vigg_ros.node.player.dds_profile import set_profile
+from vigg_ros.node.player.live_display import LiveDisplay
+from vigg_ros.node.player.live_summary import Run
+from vigg_ros.node.player.node_process import NodeFailed, NodeProcess, Usage, node_command
+from vigg_ros.node.player.observer import Observer
+from vigg_ros.node.player.participant import participant
+from vigg_ros.node.player.playback import Plan, Playback, Sending
+from vigg_ros.node.player.publishers import Publishers
+from vigg_ros.node.player.scoreboard import Errors, Score, Scoreboard
 
 READY_S = 180.0
 """So long the node may take to subscribe: before, it compiles its kernels, up to a minute where they are not cached."""

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from vigg_ros.messages.stamped_pose import decode_pose
-from vigg_ros.player.scoreboard import Scoreboard
+from vigg_ros.node.player.scoreboard import Scoreboard
 from vigg_ros.registration.errors import DataError
 
 POSE, STATUS = "/registrar/pose", "/registrar/status"

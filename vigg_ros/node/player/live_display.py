@@ -12,8 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vigg_ros.player.node_process import Usage
-from vigg_ros.player.scoreboard import Score
+from vigg_ros.node.player.node_process import Usage
+from vigg_ros.node.player.scoreboard import Score
 
 REDRAW_S = 0.25
 LINE_S = 5.0
