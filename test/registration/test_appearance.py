@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from registration_samples import Studio, looking
 
-from vigg_ros.registration import Camera, Config, Frame
+from vigg_ros.registration import Camera, Config, Frame, extract
 from vigg_ros.registration.appearance import LONG_SIDE, MIN_COMMON, Appearance, correlation
 from vigg_ros.registration.candidates import Pair, likeness
 from vigg_ros.registration.matches import no_matches
@@ -91,9 +92,14 @@ def test_views_are_alike_under_their_motion_and_not_under_another_one(studio: St
     assert math.isnan(likeness(pair, away)), "nothing coincides"
 
 
-def test_likeness_is_the_same_the_other_way_round(studio: Studio) -> None:
+@pytest.mark.parametrize("grey", [False, True])
+def test_likeness_is_the_same_the_other_way_round(grey: bool, studio: Studio) -> None:
+    """Also of a grey image and a coloured one."""
     poses = looking(), looking((0.1, 0.3, 0))
-    one, other = (studio.features(pose, seed) for seed, pose in enumerate(poses))
+    one, other = (studio.frame(pose, seed) for seed, pose in enumerate(poses))
+    if grey:
+        other = replace(other, image=np.ascontiguousarray(other.image[..., 1]))
+    one, other = (extract(frame, Config()) for frame in (one, other))
     T = np.linalg.inv(poses[0]) @ poses[1]
     forth = likeness(Pair(one, other, no_matches(), no_matches(), Config()), T)
     back = likeness(Pair(other, one, no_matches(), no_matches(), Config()), np.linalg.inv(T))

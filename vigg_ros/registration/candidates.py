@@ -82,6 +82,7 @@ class Candidate:
 
 
 def inliers_of(matches: Matches, T_target_source: NDArray[np.float64], config: Config) -> NDArray[np.bool_]:
+    """Which matches (M,) lie within the threshold under a motion."""
     return matches.distances(T_target_source) < config.cliques.inlier_threshold_m
 
 
@@ -150,6 +151,4 @@ def likeness(pair: Pair, T_target_source: NDArray[np.float64]) -> float:
         own = other.patches.points[sight.row[on_it]].astype(np.float64)
         seen.append((viewer.appearance.at(sight.points[on_it]), other.appearance.at(own)))
     (in_target, of_source), (in_source, of_target) = seen
-    if in_target.shape[1] != of_source.shape[1]:
-        return correlation(in_target, of_source)
     return correlation(np.concatenate((in_target, of_target)), np.concatenate((of_source, in_source)))
