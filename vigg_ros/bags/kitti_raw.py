@@ -116,7 +116,7 @@ def _has_position(packet: NDArray[np.float64]) -> bool:
 
 def _imu_poses(packets: list[NDArray[np.float64]], where: Path) -> list[NDArray[np.float64]]:
     """East-north-up poses (4, 4) of packets ``lat lon alt roll pitch yaw ..`` by the kit's Mercator scale."""
-    if any(packet.size < 6 or not np.isfinite(packet[:6]).all() or abs(packet[0]) >= 90 for packet in packets):
+    if not all(map(_has_position, packets)):
         raise BagError(f"{where}: an oxts packet has no position; expected lat lon alt roll pitch yaw ..")
     scale = math.cos(math.radians(packets[0][0]))
     poses = []

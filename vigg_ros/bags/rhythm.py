@@ -51,11 +51,6 @@ class Rhythm:
         """The largest step forwards, 0 if there is none."""
         return int(self.steps_ns.max(initial=0))
 
-    @property
-    def duplicates(self) -> int:
-        """Messages with the stamp of the one before."""
-        return int(np.count_nonzero(self.steps_ns == 0))
-
 
 def find_rhythms(entries: Sequence[StampEntry]) -> dict[str, Rhythm]:
     """The rhythm of each topic of one reading of a bag (``BagReader.stamps``)."""
