@@ -59,5 +59,5 @@ setup(
         "test": TEST,
         "dev": [*TEST, *ROS_WHEELS, *EVALUATION, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
     },
-    entry_points={"console_scripts": ["vigg = vigg_ros.cli:main", "registrar = vigg_ros.node:main"]},
+    entry_points={"console_scripts": ["vigg = vigg_ros.cli.main:main", "registrar = vigg_ros.node:main"]},
 )

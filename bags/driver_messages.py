@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.bench.worlds import LidarScan
 from vigg_ros.messages.encode_header import encode_header
 from vigg_ros.messages.fields import Message
-from vigg_ros.worlds import LidarScan
 
 _PNG_OPTIONS = (cv2.IMWRITE_PNG_COMPRESSION, 9, cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_NONE)
 """Quantised depth has few values: without row filters the same ones recur, and files are a tenth smaller."""

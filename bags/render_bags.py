@@ -18,10 +18,7 @@ import numpy as np
 from driver_messages import compressed_depth, jpeg, lidar_cloud
 
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.encode import encode_camera_info, encode_pose, encode_tf, encode_transform
-from vigg_ros.messages.fields import Message
-from vigg_ros.registration.camera import Camera
-from vigg_ros.worlds import (
+from vigg_ros.bench.worlds import (
     STREET_DRIVE,
     HandheldLoop,
     ImageNoise,
@@ -34,7 +31,10 @@ from vigg_ros.worlds import (
     stamps_ns,
     street,
 )
-from vigg_ros.worlds.poses import T_BODY_OPTICAL, Pose, flat
+from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat
+from vigg_ros.messages.encode import encode_camera_info, encode_pose, encode_tf, encode_transform
+from vigg_ros.messages.fields import Message
+from vigg_ros.registration.camera import Camera
 
 START_NS = 1_772_013_245_123_456_789
 """An arbitrary instant in February 2026, with all its digits in use."""

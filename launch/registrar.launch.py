@@ -20,7 +20,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.commands.node_command import NodeArguments, arguments_for_bag
+from vigg_ros.cli.node_command import NodeArguments, arguments_for_bag
 from vigg_ros.node.player.dds_profile import VARIABLE, find_shared_file, set_profile
 
 SENSORS = {

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The flow has one direction: a wing of the package imports only from the wings before it."""
+"""The flow has one direction: a room of the package imports only from the rooms before it."""
 
 from __future__ import annotations
 
@@ -12,26 +12,33 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "vigg_ros"
 
-FLOW = ("registration", "tracking", "messages", "bags", "evaluation")
-MAY_IMPORT = {wing: set(FLOW[:place]) for place, wing in enumerate(FLOW)} | {
-    "worlds": {"registration"},  # rendered worlds: a source of frames, beside the flow
+METHOD = {"registration", "acceptance"}
+MAY_IMPORT: dict[str, set[str]] = {
+    "registration": set(),
+    "acceptance": {"registration"},
+    "sensors": {"registration"},
+    "tracking": {*METHOD, "sensors"},
+    "pipeline": {*METHOD, "sensors", "tracking"},
+    "messages": {*METHOD, "sensors", "tracking"},  # what leaves as messages: for topics and bags alike
+    "bags": {"registration", "sensors", "messages"},  # storage: rosbag2 and ROS 1 files
     "pictures": set(),  # drawing, for reports and for the node
-    "replay": {*FLOW, "pictures"},  # recordings through the flow, and reports about them
-    "player": {*FLOW, "replay"},  # recordings over DDS, and what a node answers
-    "commands": {*FLOW, "worlds", "pictures", "replay", "player"},
-    "cli": {*FLOW, "worlds", "replay", "commands"},
-    "online": {"registration", "tracking", "messages", "pictures"},  # what a node does, without ROS
-    "node": {"registration", "tracking", "messages", "online"},  # the ROS shell around online
+    "report": {*METHOD, "sensors", "tracking", "pipeline", "messages", "bags", "pictures"},
+    "node": {*METHOD, "sensors", "tracking", "pipeline", "messages", "pictures"},
+    "player": {*METHOD, "sensors", "tracking", "messages", "bags", "report"},
     "vigg_ros": set(),  # vigg_ros/__init__.py: importing the package loads nothing else
 }
-MAY_IMPORT["evaluation"].add("worlds")
+MAY_IMPORT["cli"] = {*MAY_IMPORT} - {"node"}
+MAY_IMPORT["bench"] = {*MAY_IMPORT} - {"node"}  # and nothing imports bench: `vigg` finds its commands by name
+
+ABOVE = {"vigg_ros.registration.vigg": {"acceptance"}}
+"""The algorithm box composes the method and what decides on its answers."""
 
 MAY_IMPORT_ROS = {"node", "player"}  # player stands in the node's folder: nothing outside it imports ROS
 ROS = {"rclpy", "tf2_ros", "std_srvs", "builtin_interfaces", "rcl_interfaces", "cv_bridge"}  # and *_msgs
 
 
-def wing_of(module: str) -> str:
-    """vigg_ros.bags.reader -> bags; vigg_ros.cli -> cli; vigg_ros -> vigg_ros; vigg_ros.node.player -> player."""
+def room_of(module: str) -> str:
+    """vigg_ros.bags.reader -> bags; vigg_ros.pipeline -> pipeline; vigg_ros -> vigg_ros; ...node.player.x -> player."""
     if module.split(".")[1:3] == ["node", "player"]:
         return "player"
     return (module.split(".") + ["vigg_ros"])[1] if "." in module else module
@@ -52,19 +59,20 @@ def imported_names(source: str, module: str, *, is_package: bool) -> Iterator[tu
 
 def violations(source: str, module: str, *, is_package: bool = False) -> list[str]:
     """What the source of this module imports against the house's order, one sentence each."""
-    wing = wing_of(module)
-    if wing not in MAY_IMPORT:
-        return [f"{module}: {wing} is not a wing of the house; give it its place in MAY_IMPORT"]
+    room = room_of(module)
+    if room not in MAY_IMPORT:
+        return [f"{module}: {room} is not a room of the house; give it its place in MAY_IMPORT"]
+    allowed = {room, *MAY_IMPORT[room], *ABOVE.get(module, ())}
     found = []
     for name, line in imported_names(source, module, is_package=is_package):
         top, *rest = name.split(".")
-        other = wing_of(name) if rest else ""
-        if (top in ROS or top.endswith("_msgs")) and wing not in MAY_IMPORT_ROS:
+        other = room_of(name) if rest else ""
+        if (top in ROS or top.endswith("_msgs")) and room not in MAY_IMPORT_ROS:
             found.append(f"{module}:{line} imports {name}; only node may import ROS")
-        if top == "rosbags" and wing != "bags":
+        if top == "rosbags" and room != "bags":
             found.append(f"{module}:{line} imports {name}; only bags may import rosbags")
-        if top == "vigg_ros" and other in MAY_IMPORT and other not in {wing, *MAY_IMPORT[wing]}:
-            found.append(f"{module}:{line}: {wing} imports {name}, against the flow")
+        if top == "vigg_ros" and other in MAY_IMPORT and other not in allowed:
+            found.append(f"{module}:{line}: {room} imports {name}, against the flow")
     return found
 
 
@@ -82,30 +90,27 @@ def test_imports_follow_the_flow(path: Path) -> None:
 @pytest.mark.parametrize(
     ("module", "source"),
     [
+        ("vigg_ros.registration.cliques", "from vigg_ros.acceptance import checks"),
         ("vigg_ros.registration.vigg", "from vigg_ros.tracking import Registrar"),
         ("vigg_ros.registration.vigg", "def f():\n    import vigg_ros.bags.reader"),
-        ("vigg_ros.registration.vigg", "from vigg_ros import worlds"),
         ("vigg_ros.registration.kernels.zone", "from ...tracking import pairing"),
-        ("vigg_ros.tracking.pairing", "from ..messages import decode"),
-        ("vigg_ros.messages.decode", "from vigg_ros.bags.reader import Reader"),
-        ("vigg_ros.bags.reader", "import vigg_ros.evaluation"),
-        ("vigg_ros.worlds.render", "import vigg_ros.tracking.pairing"),
-        ("vigg_ros.evaluation.report", "from vigg_ros.cli import main"),
-        ("vigg_ros.evaluation.metrics", "from vigg_ros.replay.record import Recording"),
-        ("vigg_ros.replay.report", "import vigg_ros.commands.console"),
-        ("vigg_ros.online.pipeline", "import rclpy"),
-        ("vigg_ros.online.pipeline", "from vigg_ros.node import program"),
-        ("vigg_ros.online.trail", "from vigg_ros.bags import tum"),
-        ("vigg_ros.pictures", "from vigg_ros.registration import Frame"),
-        ("vigg_ros.node", "import vigg_ros.cli"),
-        ("vigg_ros.node", "from vigg_ros.replay import report"),
-        ("vigg_ros.cli", "from vigg_ros import node"),
-        ("vigg_ros.cli", "import rclpy"),
-        ("vigg_ros.commands.live", "import rclpy"),
-        ("vigg_ros.node.player.publishers", "from vigg_ros.commands.console import UsageError"),
-        ("vigg_ros.messages.decode", "from sensor_msgs.msg import Image"),
+        ("vigg_ros.acceptance.checks", "from vigg_ros.tracking.result import FrameResult"),
+        ("vigg_ros.sensors.decode", "from vigg_ros.bags.reader import Reader"),
+        ("vigg_ros.sensors.decode", "from sensor_msgs.msg import Image"),
+        ("vigg_ros.tracking.pairing", "from ..report import page"),
         ("vigg_ros.tracking.registrar", "import tf2_ros"),
-        ("vigg_ros.cli", "from rosbags.highlevel import AnyReader"),
+        ("vigg_ros.pipeline", "from vigg_ros.node import scheduler"),
+        ("vigg_ros.messages.encode", "import vigg_ros.bags.writer"),
+        ("vigg_ros.bags.reader", "import vigg_ros.tracking.pairing"),
+        ("vigg_ros.report.page", "import vigg_ros.cli.console"),
+        ("vigg_ros.report.page", "from vigg_ros.bench.worlds import room"),
+        ("vigg_ros.pictures", "from vigg_ros.registration import Frame"),
+        ("vigg_ros.node.scheduler", "from vigg_ros.bags import writer"),
+        ("vigg_ros.node.player.live", "from vigg_ros.cli.console import UsageError"),
+        ("vigg_ros.cli.main", "from vigg_ros import node"),
+        ("vigg_ros.cli.main", "from vigg_ros.bench import methods"),
+        ("vigg_ros.cli.live", "import rclpy"),
+        ("vigg_ros.cli.replay", "from rosbags.highlevel import AnyReader"),
         ("vigg_ros.utils", ""),
     ],
 )
@@ -114,25 +119,34 @@ def test_an_import_against_the_flow_is_found(module: str, source: str) -> None:
 
 
 def test_relative_imports_of_a_package_are_resolved_from_the_package_itself() -> None:
-    source = "from .reader import Reader\nfrom ..evaluation import report"
+    source = "from .reader import Reader\nfrom ..report import page"
     assert violations(source, "vigg_ros.bags", is_package=True) == [
-        "vigg_ros.bags:2: bags imports vigg_ros.evaluation.report, against the flow"
+        "vigg_ros.bags:2: bags imports vigg_ros.report.page, against the flow"
     ]
 
 
 @pytest.mark.parametrize(
     ("module", "source"),
     [
-        ("vigg_ros.registration.vigg", "import numpy\nfrom vigg_ros.registration.frame import Frame"),
-        ("vigg_ros.evaluation.report", "from vigg_ros.bags import reader\nfrom vigg_ros import __version__"),
-        ("vigg_ros.worlds.render", "from ..registration import Camera"),
+        ("vigg_ros.registration.vigg", "import numpy\nfrom vigg_ros.acceptance.checks import judge"),
+        ("vigg_ros.bench.worlds.render", "from ...registration import Camera"),
         ("vigg_ros.bags.reader", "import rosbags.rosbag2"),
-        ("vigg_ros.node.inputs", "import rclpy\nfrom sensor_msgs.msg import Image\nfrom vigg_ros import online"),
-        ("vigg_ros.online.pictures", "from vigg_ros.pictures import draw_matches"),
-        ("vigg_ros.replay.report", "from vigg_ros.evaluation.metrics import measure\nimport vigg_ros.bags.reader"),
-        ("vigg_ros.commands.replay", "from vigg_ros.replay import report"),
-        ("vigg_ros.cli", "from vigg_ros.evaluation import report"),
+        ("vigg_ros.node.subscriptions", "import rclpy\nfrom vigg_ros import pipeline"),
+        ("vigg_ros.cli.replay", "from vigg_ros.report import page"),
+        ("vigg_ros.bench.commands.benchmark", "from vigg_ros.cli.console import table"),
     ],
 )
 def test_an_import_along_the_flow_is_let_through(module: str, source: str) -> None:
     assert violations(source, module) == []
+
+
+def test_no_two_modules_and_no_two_classes_have_one_name() -> None:
+    places: dict[str, list[str]] = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if not path.name.startswith("__"):
+            places.setdefault(path.name, []).append(module_of(path))
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(f"{module_of(path)}:{node.lineno}")
+    repeated = {name: found for name, found in places.items() if len(found) > 1}
+    assert not repeated

@@ -5,16 +5,14 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import pytest
 
-from vigg_ros.bags.convert import LAYOUTS
-from vigg_ros.commands.console import ExitCode
+from vigg_ros.bench.datasets.convert import LAYOUTS
+from vigg_ros.cli.console import ExitCode
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tools"))
 
 import docs_tables  # noqa: E402
 import hostile_table  # noqa: E402

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigg_ros.cli import COMMANDS
-from vigg_ros.commands.config import commented_yaml
-from vigg_ros.online.parameter_table import markdown_table
+from vigg_ros.bench.worlds import HandheldLoop
+from vigg_ros.cli.main import COMMANDS
+from vigg_ros.cli.show_config import commented_yaml
+from vigg_ros.node.parameter_table import markdown_table
 from vigg_ros.registration import Config
 from vigg_ros.registration.config import PRESETS
 from vigg_ros.registration.rigid import angle_rad, inverse
-from vigg_ros.worlds import HandheldLoop
 
 ROOT = Path(__file__).parents[1]
 

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from vigg_ros.node.player import dds_profile
-from vigg_ros.online.parameters import Settings
+from vigg_ros.node.settings import Settings
 
 ROOT = Path(__file__).parents[1]
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"

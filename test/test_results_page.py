@@ -5,16 +5,14 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
-from vigg_ros.evaluation.results import INDOOR
+from vigg_ros.bench.pair_results import INDOOR
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tools"))
 
 import failures  # noqa: E402
 import results  # noqa: E402

@@ -14,14 +14,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.convert import open_dataset
-from vigg_ros.evaluation.pairs import Wanted, pairs_at, pairs_listed, posed_frames
-from vigg_ros.evaluation.rendered import OUTDOOR as STREET
-from vigg_ros.evaluation.rendered import rendered_pair
-from vigg_ros.evaluation.results import Limits
+from vigg_ros.acceptance.agreement import Pair, assess
+from vigg_ros.bench.datasets.convert import open_dataset
+from vigg_ros.bench.pair_results import Limits
+from vigg_ros.bench.pairs import Wanted, pairs_at, pairs_listed, posed_frames
+from vigg_ros.bench.rendered_pairs import OUTDOOR as STREET
+from vigg_ros.bench.rendered_pairs import rendered_pair
 from vigg_ros.pictures import BODY, OPTICAL, Picture, beside, draw_aligned, draw_matches, write
 from vigg_ros.registration import Config, Features, Frame, Registration, extract, register
-from vigg_ros.registration.candidates import Pair, assess
 from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.rigid import transform

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from vigg_ros.online.parameter_table import markdown_table
+from vigg_ros.node.parameter_table import markdown_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "node.md"
 BEGIN, END = "<!-- generated: parameters -->", "<!-- end: parameters -->"

@@ -13,7 +13,10 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
-from bag_samples import (
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.registration.errors import BagError
+from vigg_ros_testing.bag_samples import (
     Entry,
     cut,
     noise_entries,
@@ -23,9 +26,6 @@ from bag_samples import (
     write_bag,
     write_ros1_bag,
 )
-
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.registration.errors import BagError
 
 SEEDS = 100
 

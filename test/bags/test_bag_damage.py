@@ -7,7 +7,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from bag_samples import (
+
+from vigg_ros.registration.errors import BagError
+from vigg_ros_testing.bag_samples import (
     FRAMES,
     cut,
     noise_entries,
@@ -19,8 +21,6 @@ from bag_samples import (
     write_bag,
     write_ros1_bag,
 )
-
-from vigg_ros.registration.errors import BagError
 
 CUT_ROW = pytest.mark.hostile("Bags: cut mcap, cut db3, 0 bytes: exit 3 with the remedy")
 

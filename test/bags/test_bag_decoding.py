@@ -10,7 +10,13 @@ from pathlib import Path
 
 import pytest
 from backports import zstd
-from bag_samples import (
+
+from vigg_ros.bags import decoding
+from vigg_ros.bags.decoding import Decoder, Undecodable, header_stamp_ns
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.storage import Channel, RawMessage
+from vigg_ros.sensors.decode import decode_image
+from vigg_ros_testing.bag_samples import (
     COLOUR,
     FRAMES,
     START_NS,
@@ -23,12 +29,6 @@ from bag_samples import (
     write_bag,
     write_ros1_bag,
 )
-
-from vigg_ros.bags import decoding
-from vigg_ros.bags.decoding import Decoder, Undecodable, header_stamp_ns
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.storage import Channel, RawMessage
-from vigg_ros.messages.decode import decode_image
 
 CDR_ROW = pytest.mark.hostile("Bags: CDR truncated, a 4 GiB length, bad UTF-8: skip, count, continue")
 SCHEMA_ROW = pytest.mark.hostile(

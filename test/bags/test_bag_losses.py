@@ -8,7 +8,10 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from bag_samples import (
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.registration.errors import BagError
+from vigg_ros_testing.bag_samples import (
     COLOUR,
     DEPTH,
     FRAMES,
@@ -25,9 +28,6 @@ from bag_samples import (
     write_ros1_bag,
     write_split_bag,
 )
-
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.registration.errors import BagError
 
 FLIP_ROW = pytest.mark.hostile(
     'Bags: flipped bits: keep what was read, exit 4 (sqlite3 can read "0 messages" without an error: '

@@ -12,12 +12,12 @@ from zlib import crc32
 import lz4.frame
 import pytest
 from backports import zstd
-from bag_samples import COLOUR, FRAMES, rgbd_entries, write_bag
 
 from vigg_ros.bags import mcap
 from vigg_ros.bags.losses import Ledger
 from vigg_ros.bags.mcap import MAGIC, McapScan
 from vigg_ros.bags.reader import BagReader
+from vigg_ros_testing.bag_samples import COLOUR, FRAMES, rgbd_entries, write_bag
 
 IMAGE = "sensor_msgs/msg/Image"
 HEADER = b"\x04\0\0\0ros2\0\0\0\0"

@@ -10,7 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bag_samples import (
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vigg_ros.bags import ordering
+from vigg_ros.bags.ordering import NEAR_MESSAGES, StampEntry, in_stamp_order, loop_numbers, stamp_order
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.storage import Channel, RawMessage
+from vigg_ros.registration.errors import BagError
+from vigg_ros_testing.bag_samples import (
     COLOUR,
     DEPTH,
     START_NS,
@@ -23,14 +31,6 @@ from bag_samples import (
     write_bag,
     write_ros1_bag,
 )
-from hypothesis import given
-from hypothesis import strategies as st
-
-from vigg_ros.bags import ordering
-from vigg_ros.bags.ordering import NEAR_MESSAGES, StampEntry, in_stamp_order, loop_numbers, stamp_order
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.storage import Channel, RawMessage
-from vigg_ros.registration.errors import BagError
 
 LOG_ROW = pytest.mark.hostile("Bags: log time out of order: order by header stamp")
 S = 1_000_000_000

@@ -9,7 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bag_samples import (
+
+from vigg_ros.bags.reader import BagReader, Topic
+from vigg_ros.registration.errors import BagError
+from vigg_ros.sensors.decode import decode_depth, decode_image
+from vigg_ros_testing.bag_samples import (
     COLOUR,
     DEPTH,
     FRAMES,
@@ -26,10 +30,6 @@ from bag_samples import (
     write_ros1_bag,
     write_split_bag,
 )
-
-from vigg_ros.bags.reader import BagReader, Topic
-from vigg_ros.messages.decode import decode_depth, decode_image
-from vigg_ros.registration.errors import BagError
 
 KINDS_ROW = pytest.mark.hostile(
     "Bags: mcap and sqlite3 folders, lone .mcap and .db3, zstd by file, message and chunk, ROS 1 .bag, split bags A"

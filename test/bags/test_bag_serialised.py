@@ -10,7 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bag_samples import (
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbags import rosbag1
+
+from vigg_ros.bags.reader import BagReader, SerialisedMessage
+from vigg_ros.bags.restamping import moved
+from vigg_ros.bags.writer import BagWriter
+from vigg_ros.messages.encode import encode_image, encode_tf, encode_transform
+from vigg_ros.sensors.point_cloud import decode_points
+from vigg_ros_testing.bag_samples import (
     COLOUR,
     INFO,
     LATENCY_NS,
@@ -24,15 +33,6 @@ from bag_samples import (
     write_bag,
     write_ros1_bag,
 )
-from hypothesis import given
-from hypothesis import strategies as st
-from rosbags import rosbag1
-
-from vigg_ros.bags.reader import BagReader, SerialisedMessage
-from vigg_ros.bags.restamping import moved
-from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.encode import encode_image, encode_tf, encode_transform
-from vigg_ros.messages.points import decode_points
 
 IMAGE, TF = "sensor_msgs/msg/Image", "tf2_msgs/msg/TFMessage"
 POINTS = "sensor_msgs/msg/PointCloud2"

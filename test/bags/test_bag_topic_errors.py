@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 import pytest
-from topic_samples import REALSENSE, chosen, topics
 
 from vigg_ros.bags.topics import TopicError, TopicRequest, choose_topics
 from vigg_ros.registration.errors import BagError
+from vigg_ros_testing.topic_samples import REALSENSE, chosen, topics
 
 TOPIC_ROW = pytest.mark.hostile("Bags: topic missing, wrong type or ambiguous: exit 2 with the candidates listed")
 

@@ -7,11 +7,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from bag_samples import COLOUR, DEPTH, INFO, TRUTH, rgbd_entries, tf_static_entry, write_bag
-from topic_samples import REALSENSE, chosen, topics
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import choose_topics
+from vigg_ros_testing.bag_samples import COLOUR, DEPTH, INFO, TRUTH, rgbd_entries, tf_static_entry, write_bag
+from vigg_ros_testing.topic_samples import REALSENSE, chosen, topics
 
 TOPIC_ROW = pytest.mark.hostile("Bags: topic missing, wrong type or ambiguous: exit 2 with the candidates listed")
 

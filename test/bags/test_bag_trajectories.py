@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dataset_samples import QUARTER_TURN, pose_at
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,6 +21,7 @@ from vigg_ros.bags.trajectories import (
     stamp_of_number,
 )
 from vigg_ros.registration.errors import BagError
+from vigg_ros_testing.dataset_samples import QUARTER_TURN, pose_at
 
 
 @pytest.mark.parametrize(

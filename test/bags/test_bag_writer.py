@@ -10,13 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from bag_samples import CAMERA, START_NS
 from rosbags import rosbag2
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.decode import decode_image
 from vigg_ros.messages.encode import (
     Message,
     encode_camera_info,
@@ -32,6 +30,8 @@ from vigg_ros.messages.encode import (
     encode_transform,
 )
 from vigg_ros.registration.errors import BagError
+from vigg_ros.sensors.decode import decode_image
+from vigg_ros_testing.bag_samples import CAMERA, START_NS
 
 HEADER = {"stamp_ns": START_NS, "frame_id": "camera"}
 STATUS = encode_diagnostic_status(1, "registrar", "lost", values={"inliers": 3})

@@ -15,7 +15,9 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.messages import encode
-from vigg_ros.messages.decode import (
+from vigg_ros.registration.camera import Camera
+from vigg_ros.registration.quaternion import quaternion_from_rotation, rotation_from_quaternion
+from vigg_ros.sensors.decode import (
     decode_camera_info,
     decode_depth,
     decode_image,
@@ -23,9 +25,7 @@ from vigg_ros.messages.decode import (
     decode_pose,
     decode_transform,
 )
-from vigg_ros.messages.rotation import quaternion_from_rotation, rotation_from_quaternion
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.rectification import Rectifier
+from vigg_ros.sensors.rectification import Rectifier
 
 NS = 1_700_000_000_123_456_789
 STORE = get_typestore(Stores.ROS2_JAZZY)

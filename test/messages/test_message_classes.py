@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from decoder_samples import SAMPLES
 from rosbags.typesys import Stores, get_typestore
+
+from vigg_ros_testing.decoder_samples import SAMPLES
 
 ROS_2 = get_typestore(Stores.ROS2_JAZZY)
 ROS_1 = get_typestore(Stores.ROS1_NOETIC)

@@ -4,21 +4,17 @@
 
 from __future__ import annotations
 
-import importlib.util
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from node_process import NodeProcess, cheap_parameters, parameters
+
+from vigg_ros_testing.registrar_process import HAS_ROS, NO_ROS, NodeProcess, Start, depth_arguments
 
 if TYPE_CHECKING:
-    from ros_peer import Peer
+    from vigg_ros_testing.ros_peer import Peer
 
-HAS_ROS = all(importlib.util.find_spec(name) for name in ("rclpy", "nav_msgs", "diagnostic_msgs", "std_srvs"))
-NO_ROS = "needs rclpy: pip install 'vigg_ros[ros]' (x86-64), or source a ROS 2 Jazzy installation"
-
-Start = Callable[..., NodeProcess]
 
 
 class WithoutRos(pytest.Module):
@@ -56,7 +52,7 @@ def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Start]:
 @pytest.fixture(scope="module")
 def peer() -> Iterator[Peer]:
     """The other side of the graph, for the tests of a module."""
-    from ros_peer import Peer
+    from vigg_ros_testing.ros_peer import Peer
 
     one = Peer()
     yield one
@@ -77,8 +73,3 @@ def node(shared_node: NodeProcess, peer: Peer) -> Iterator[NodeProcess]:
     peer.clear()
     yield shared_node
     peer.withdraw()
-
-
-def depth_arguments(*more: str, **values: object) -> Sequence[str]:
-    """Arguments for a quick node with depth images."""
-    return [*cheap_parameters(), *parameters(geometry="depth", **values), *more]

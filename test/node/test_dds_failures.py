@@ -10,16 +10,16 @@ from typing import Any
 
 import pytest
 import rclpy
-from conftest import depth_arguments
-from dds_domain import own_domain
-from rendered_frames import frame, send, send_and_wait
-from ros_peer import Peer
 from std_srvs.srv import SetBool, Trigger
 
-from vigg_ros.node.outputs import Outputs
+from vigg_ros.node.publishers import Outputs
 from vigg_ros.node.registrar_node import RegistrarNode
+from vigg_ros.node.scheduler import Pipeline
 from vigg_ros.node.services import Services
-from vigg_ros.online.pipeline import Pipeline
+from vigg_ros_testing.dds_domain import own_domain
+from vigg_ros_testing.registrar_process import depth_arguments
+from vigg_ros_testing.rendered_frames import frame, send, send_and_wait
+from vigg_ros_testing.ros_peer import Peer
 
 
 class Broken:

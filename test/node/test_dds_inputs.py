@@ -8,14 +8,13 @@ import time
 
 import numpy as np
 import pytest
-from conftest import Start, depth_arguments
 from diagnostic_msgs.msg import DiagnosticStatus
-from node_process import NodeProcess, parameters
-from rendered_frames import LARGER, TYPES, frame, send, send_and_wait, stamp_of_frame
-from ros_peer import Peer, values_of
 
 from vigg_ros.messages.encode import encode_points
-from vigg_ros.node.classes import ros
+from vigg_ros.node.ros_classes import ros
+from vigg_ros_testing.registrar_process import NodeProcess, Start, depth_arguments, parameters
+from vigg_ros_testing.rendered_frames import LARGER, TYPES, frame, send, send_and_wait, stamp_of_frame
+from vigg_ros_testing.ros_peer import Peer, values_of
 
 
 def waiting(peer: Peer, code: str, timeout_s: float = 15.0) -> str:

@@ -6,9 +6,8 @@ from __future__ import annotations
 
 import re
 
-from conftest import Start
-from node_process import ROOT, NodeProcess, parameters
-from ros_peer import Peer
+from vigg_ros_testing.registrar_process import ROOT, NodeProcess, Start, parameters
+from vigg_ros_testing.ros_peer import Peer
 
 OF_EVERY_NODE = {"/rosout", "/parameter_events"}
 

@@ -8,15 +8,14 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import Start, depth_arguments
-from node_process import ROOT, NodeProcess, parameters
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
-from rendered_frames import frame, send_and_wait
-from ros_peer import Peer
 
-from vigg_ros.online.parameters import Settings
+from vigg_ros.node.settings import Settings
+from vigg_ros_testing.registrar_process import ROOT, NodeProcess, Start, depth_arguments, parameters
+from vigg_ros_testing.rendered_frames import frame, send_and_wait
+from vigg_ros_testing.ros_peer import Peer
 
 
 @pytest.fixture(scope="module")

@@ -9,18 +9,18 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from node_process import CHEAP, NodeProcess
-from pose_comparison import assert_equal, vector, vector_of
 from rclpy.serialization import deserialize_message
-from recordings import ROOM, Moment, moments, play, publish, replayed
-from ros_peer import Peer, stamp_of
 
-from vigg_ros.messages.inputs import InputDecoder, Role
-from vigg_ros.node.classes import class_of
+from vigg_ros.node.ros_classes import class_of
 from vigg_ros.registration.config import Config
-from vigg_ros.replay.record import FrameRecord
+from vigg_ros.report.recording import FrameRecord
+from vigg_ros.sensors.input_decoder import InputDecoder, Role
 from vigg_ros.tracking.assembly import FrameAssembler, SyncedFrame
 from vigg_ros.tracking.registrar import Registrar
+from vigg_ros_testing.node_recordings import ROOM, Moment, moments, play, publish, replayed
+from vigg_ros_testing.pose_comparison import assert_equal, vector, vector_of
+from vigg_ros_testing.registrar_process import CHEAP, NodeProcess
+from vigg_ros_testing.ros_peer import Peer, stamp_of
 
 ROOM_TOPICS = {
     "/camera/color/camera_info": "/rgb/camera_info",

@@ -9,16 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Start
-from node_process import NodeProcess, parameters
-from pose_comparison import assert_equal, vector_of
-from recordings import STREET, Moment, moments, play, publish, replayed
-from ros_peer import Peer, stamp_of
 
-from vigg_ros.online.parameters import Settings
+from vigg_ros.node.settings import Settings
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.replay.record import FrameRecord
+from vigg_ros.report.recording import FrameRecord
 from vigg_ros.tracking.extrinsics import fixed
+from vigg_ros_testing.node_recordings import STREET, Moment, moments, play, publish, replayed
+from vigg_ros_testing.pose_comparison import assert_equal, vector_of
+from vigg_ros_testing.registrar_process import NodeProcess, Start, parameters
+from vigg_ros_testing.ros_peer import Peer, stamp_of
 
 TOPICS = {
     "/camera/camera_info": "/rgb/camera_info",
@@ -29,7 +28,7 @@ OPTIONS = {"geometric.sample_k": 2000}
 EXTRINSICS = "0.6 0.1 -0.4 -0.5149 0.4846 -0.4846 0.5149"
 """Near those of the bag; what matters is that node and replay get the same."""
 
-FAKE_TF2 = Path(__file__).parent / "fake_tf2"
+FAKE_TF2 = Path(__file__).parents[1] / "vigg_ros_testing" / "fake_tf2"
 FRAMES = 5
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Start, depth_arguments
-from node_process import NodeProcess, parameters
-from pose_comparison import vector_of
-from rendered_frames import frame, send, send_and_wait, stamp_of_frame
-from ros_peer import Peer, stamp_of
+
+from vigg_ros_testing.pose_comparison import vector_of
+from vigg_ros_testing.registrar_process import NodeProcess, Start, depth_arguments, parameters
+from vigg_ros_testing.rendered_frames import frame, send, send_and_wait, stamp_of_frame
+from vigg_ros_testing.ros_peer import Peer, stamp_of
 
 SLOW = parameters(
     geometry="depth", geometric__always=True, geometric__voxel_size_m=0.004, geometric__sample_k=50000,

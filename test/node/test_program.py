@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import HAS_ROS, NO_ROS
-from node_process import ROOT
+
+from vigg_ros_testing.registrar_process import HAS_ROS, NO_ROS, ROOT
 
 
 def registrar(*arguments: str, without: str = "", folder: Path | None = None) -> subprocess.CompletedProcess[str]:

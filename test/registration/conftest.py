@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import pytest
-from registration_samples import Studio
 
-from vigg_ros.worlds import hall_of_columns, room, single_plane
+from vigg_ros.bench.worlds import hall_of_columns, room, single_plane
+from vigg_ros_testing.registration_samples import Studio
 
 
 @pytest.fixture(scope="session")

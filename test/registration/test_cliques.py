@@ -10,7 +10,6 @@ import tracemalloc
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from registration_samples import apply, errors, matches_of, motion
 
 from vigg_ros.registration.cliques import (
     Hypotheses,
@@ -24,6 +23,7 @@ from vigg_ros.registration.cliques import (
 from vigg_ros.registration.kernels.maximal_cliques import heaviest_cliques_plain
 from vigg_ros.registration.matches import no_matches
 from vigg_ros.registration.options import CliqueConfig
+from vigg_ros_testing.registration_samples import apply, errors, matches_of, motion
 
 Weights = NDArray[np.float32]
 

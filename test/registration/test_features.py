@@ -9,12 +9,12 @@ import time
 
 import numpy as np
 import pytest
-from registration_samples import CAMERA, Studio, answer, errors, looking
 
+from vigg_ros.bench.worlds.poses import look_at
 from vigg_ros.registration import Config, Reason, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Late
 from vigg_ros.registration.stages import record_stages
-from vigg_ros.worlds.poses import look_at
+from vigg_ros_testing.registration_samples import CAMERA, Studio, answer, errors, looking
 
 REDUCED = Config().replace({"visual.max_pixels": 10_000})
 """The studio's images have 19,200 pixels."""

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from registration_samples import motion
 
 from vigg_ros.registration import Camera, DataError, Frame
+from vigg_ros_testing.registration_samples import motion
 
 CAMERA = Camera(width_px=8, height_px=6, fx_px=10.0, fy_px=5.0, cx_px=3.0, cy_px=2.0)
 IMAGE = np.zeros((6, 8, 3), np.uint8)

@@ -7,7 +7,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from registration_samples import Studio, apply, looking, motion
 
 from vigg_ros.registration import Config, extract
 from vigg_ros.registration.geometric import (
@@ -21,6 +20,7 @@ from vigg_ros.registration.geometric import (
     sample,
 )
 from vigg_ros.registration.options import GeometricConfig
+from vigg_ros_testing.registration_samples import Studio, apply, looking, motion
 
 CONFIG = GeometricConfig()
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from registration_samples import motion
 
 from vigg_ros.registration.geometric import describe, estimate_normals, voxel_downsample
 from vigg_ros.registration.kernels import cells
@@ -17,6 +16,7 @@ from vigg_ros.registration.kernels.pairing import pair_surfaces, pair_surfaces_p
 from vigg_ros.registration.kernels.surface import normals_plain
 from vigg_ros.registration.kernels.voxels import HALF_RANGE, voxel_means, voxel_means_plain
 from vigg_ros.registration.kernels.zone import nearest_in_zone, nearest_in_zone_plain
+from vigg_ros_testing.registration_samples import motion
 
 
 def cloud(seed: int, count: int = 400, spread_m: float = 1.0) -> NDArray[np.float32]:

@@ -9,7 +9,6 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from registration_samples import apply, errors, matches_of, motion
 from scipy import stats
 
 from vigg_ros.registration.geometric import Landmarks
@@ -23,6 +22,7 @@ from vigg_ros.registration.local_match import (
 )
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.options import LocalMatchConfig
+from vigg_ros_testing.registration_samples import apply, errors, matches_of, motion
 
 T_TRUE = motion((5, -10, 20), (0.2, -0.1, 0.3))
 

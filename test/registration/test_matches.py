@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from registration_samples import motion
 
 from vigg_ros.registration.matches import Matches, concatenate, no_matches
+from vigg_ros_testing.registration_samples import motion
 
 
 def numbered(first: int, count: int) -> Matches:

@@ -8,18 +8,18 @@ import math
 
 import numpy as np
 import pytest
-from registration_samples import Studio, answer, apply, error_vector, errors, looking, motion
 from scipy import stats
 
+from vigg_ros.acceptance.agreement import Pair
+from vigg_ros.acceptance.checks import judge
+from vigg_ros.bench.worlds import HandheldLoop
+from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.registration import Config, Evidence, Reason, Rejection, extract, register
-from vigg_ros.registration.candidates import Pair
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
-from vigg_ros.registration.verification import judge
 from vigg_ros.registration.visual import match_visual
-from vigg_ros.worlds import HandheldLoop
-from vigg_ros.worlds.poses import Pose
+from vigg_ros_testing.registration_samples import Studio, answer, apply, error_vector, errors, looking, motion
 
 CONFIG = Config()
 VOXEL_M = CONFIG.geometric.voxel_size_m

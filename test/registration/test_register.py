@@ -9,7 +9,14 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from registration_samples import (
+from scipy import stats
+
+from vigg_ros.bench.worlds import Light, Scene, render_rgbd
+from vigg_ros.bench.worlds.poses import Pose, look_at
+from vigg_ros.bench.worlds.surfaces import Sphere
+from vigg_ros.registration import Config, Evidence, Frame, Registration, extract, register
+from vigg_ros.registration.stages import record_stages
+from vigg_ros_testing.registration_samples import (
     CAMERA,
     Studio,
     answer,
@@ -19,13 +26,6 @@ from registration_samples import (
     motion,
     noisy,
 )
-from scipy import stats
-
-from vigg_ros.registration import Config, Evidence, Frame, Registration, extract, register
-from vigg_ros.registration.stages import record_stages
-from vigg_ros.worlds import Light, Scene, render_rgbd
-from vigg_ros.worlds.poses import Pose, look_at
-from vigg_ros.worlds.surfaces import Sphere
 
 CONFIG = Config()
 

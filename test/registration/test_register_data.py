@@ -9,11 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from registration_samples import answer, errors
 from scipy.spatial.transform import Rotation
 
+from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.registration import Camera, Config, Frame, extract, register
-from vigg_ros.worlds.poses import Pose
+from vigg_ros_testing.registration_samples import answer, errors
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 TUM, KITCHEN = DATA / "tum_pairs", DATA / "redkitchen"

@@ -11,18 +11,12 @@ from functools import partial
 
 import numpy as np
 import pytest
-from registration_samples import (
-    CAMERA,
-    CLUTTER_VIEW,
-    Studio,
-    answer,
-    clutter,
-    errors,
-    looking,
-    measured,
-    noisy,
-)
 
+from vigg_ros.acceptance.agreement import Pair
+from vigg_ros.bench.worlds import HALL_PERIOD_M, Scene, bare_room, blank_plane, render_depth
+from vigg_ros.bench.worlds.patterns import poster
+from vigg_ros.bench.worlds.poses import Pose, flat, look_at
+from vigg_ros.bench.worlds.surfaces import box
 from vigg_ros.registration import (
     Camera,
     Config,
@@ -36,15 +30,21 @@ from vigg_ros.registration import (
     extract,
     register,
 )
-from vigg_ros.registration.candidates import Pair
 from vigg_ros.registration.geometric import match_global
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.vigg import align_by_all, align_by_images
 from vigg_ros.registration.visual import match_visual
-from vigg_ros.worlds import HALL_PERIOD_M, Scene, bare_room, blank_plane, render_depth
-from vigg_ros.worlds.patterns import poster
-from vigg_ros.worlds.poses import Pose, flat, look_at
-from vigg_ros.worlds.surfaces import box
+from vigg_ros_testing.registration_samples import (
+    CAMERA,
+    CLUTTER_VIEW,
+    Studio,
+    answer,
+    clutter,
+    errors,
+    looking,
+    measured,
+    noisy,
+)
 
 CONFIG = Config()
 

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 import pytest
-from registration_samples import apply, errors, motion, random_motion
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.registration.rigid import angle_rad, inverse, transform, weighted_svd
+from vigg_ros_testing.registration_samples import apply, errors, motion, random_motion
 
 TETRAHEDRON = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)

@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from street_samples import CAMERA, LIDAR, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR, a_street, along
 
+from vigg_ros.bench.worlds import render_depth, render_lidar
+from vigg_ros.bench.worlds.poses import Pose, flat
 from vigg_ros.registration import Frame
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse, transform
-from vigg_ros.worlds import render_depth, render_lidar
-from vigg_ros.worlds.poses import Pose, flat
+from vigg_ros_testing.street_samples import CAMERA, LIDAR, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR, a_street, along
 
 IMAGE = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), np.uint8)
 

@@ -12,7 +12,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from street_samples import (
+
+from vigg_ros.acceptance.agreement import Pair, assess
+from vigg_ros.acceptance.checks import MAX_CONFLICT
+from vigg_ros.bench.worlds import STREET_DRIVE, Scene
+from vigg_ros.bench.worlds.patterns import asphalt
+from vigg_ros.bench.worlds.poses import Pose, flat
+from vigg_ros.bench.worlds.surfaces import Rectangle
+from vigg_ros.bench.worlds.texture import Texture
+from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
+from vigg_ros.registration.features import Features
+from vigg_ros.registration.geometric import build_surface
+from vigg_ros.registration.matches import no_matches
+from vigg_ros.registration.rigid import inverse
+from vigg_ros_testing.street_samples import (
     CAMERA,
     CONFIG,
     T_CAMERA_LIDAR,
@@ -25,19 +38,6 @@ from street_samples import (
     lidar_motion,
     rigid_frame,
 )
-
-from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
-from vigg_ros.registration.candidates import Pair, assess
-from vigg_ros.registration.features import Features
-from vigg_ros.registration.geometric import build_surface
-from vigg_ros.registration.matches import no_matches
-from vigg_ros.registration.rigid import inverse
-from vigg_ros.registration.verification import MAX_CONFLICT
-from vigg_ros.worlds import STREET_DRIVE, Scene
-from vigg_ros.worlds.patterns import asphalt
-from vigg_ros.worlds.poses import Pose, flat
-from vigg_ros.worlds.surfaces import Rectangle
-from vigg_ros.worlds.texture import Texture
 
 KITTI = Path(__file__).parents[3] / "shared" / "data" / "kitti_04"
 

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 from vigg_ros.registration import Camera
 from vigg_ros.registration.options import PairingConfig
-from vigg_ros.registration.rectification import Rectifier
+from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, StampedPose
+from vigg_ros.sensors.rectification import Rectifier
 from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Match, Refusal, SyncedFrame
-from vigg_ros.tracking.observation import Calibration, ColourImage, DepthImage, Observation, StampedPose
 
 START_NS = 1_772_013_245_123_456_789
 MS = 1_000_000

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from street_samples import CAMERA, CONFIG, T_CAMERA_LIDAR, along, errors, lidar_motion, moving_frame
 
+from vigg_ros.bench.worlds import Drive, Leg, LidarModel, Light, Scene, render_lidar
+from vigg_ros.bench.worlds.poses import Pose, flat, upright
+from vigg_ros.bench.worlds.surfaces import Rectangle
+from vigg_ros.bench.worlds.texture import Texture
 from vigg_ros.registration import Frame
 from vigg_ros.registration.rigid import transform
 from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
 from vigg_ros.tracking.registrar import Registrar, State
-from vigg_ros.worlds import Drive, Leg, LidarModel, Light, Scene, render_lidar
-from vigg_ros.worlds.poses import Pose, flat, upright
-from vigg_ros.worlds.surfaces import Rectangle
-from vigg_ros.worlds.texture import Texture
+from vigg_ros_testing.street_samples import CAMERA, CONFIG, T_CAMERA_LIDAR, along, errors, lidar_motion, moving_frame
 
 LIDAR = LidarModel(beams=16, columns=360, range_sigma_m=0.02)
 T_WORLD_STAMP = flat((1.0, -0.5, 0.5), 20.0)

@@ -7,9 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.tracking.extrinsics import StaticTree, fixed
-from vigg_ros.worlds.poses import T_BODY_OPTICAL, Pose, flat
 
 T_BASE_LIDAR = flat((0.1, 0.0, 1.9), 2.0)
 T_BASE_MAST = flat((0.5, 0.2, 1.0), 30.0)

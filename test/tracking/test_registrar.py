@@ -8,13 +8,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pytest
-from registration_samples import Studio, errors, looking
 from scipy import stats
 
+from vigg_ros.bench.worlds import HandheldLoop, hall_of_columns, room
+from vigg_ros.bench.worlds.poses import Pose, look_at
 from vigg_ros.registration import Camera, Config, Frame, Reason, Registration, Rejection
 from vigg_ros.tracking import Estimate, Registrar, State
-from vigg_ros.worlds import HandheldLoop, hall_of_columns, room
-from vigg_ros.worlds.poses import Pose, look_at
+from vigg_ros_testing.registration_samples import Studio, errors, looking
 
 CONFIG = Config()
 PERIOD_NS = 100_000_000

@@ -10,14 +10,14 @@ from itertools import permutations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from street_samples import CAMERA, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR
 
+from vigg_ros.bench.worlds.poses import flat
 from vigg_ros.registration.options import PairingConfig
 from vigg_ros.registration.rigid import inverse, transform
+from vigg_ros.sensors.observation import Calibration, ColourImage, Observation, PointCloud
 from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal, SyncedFrame
 from vigg_ros.tracking.extrinsics import StaticTree, fixed
-from vigg_ros.tracking.observation import Calibration, ColourImage, Observation, PointCloud
-from vigg_ros.worlds.poses import flat
+from vigg_ros_testing.street_samples import CAMERA, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR
 
 START_NS = 1_772_013_245_123_456_789
 MS = 1_000_000

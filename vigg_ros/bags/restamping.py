@@ -9,8 +9,8 @@ from dataclasses import replace
 
 from vigg_ros.bags.decoding import message_types
 from vigg_ros.bags.reader import SerialisedMessage
-from vigg_ros.messages.points import moved_point_times
 from vigg_ros.registration.errors import DataError
+from vigg_ros.sensors.point_cloud import moved_point_times
 
 _TF = "tf2_msgs/msg/TFMessage"
 _POINTS = "sensor_msgs/msg/PointCloud2"

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.messages.rotation import rotation_from_quaternion
 from vigg_ros.registration.errors import BagError, DataError
+from vigg_ros.registration.quaternion import rotation_from_quaternion
 
 NS_PER_S = 1_000_000_000
 

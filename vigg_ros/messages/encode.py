@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vigg_ros.messages.encode_header import encode_header, encode_time
 from vigg_ros.messages.encode_sensor import encode_camera_info, encode_image, encode_points
 from vigg_ros.messages.fields import RCLPY, ROSBAGS, Dialect, Message, Octet, build
-from vigg_ros.messages.rotation import quaternion_from_rotation
+from vigg_ros.registration.quaternion import quaternion_from_rotation
 
 __all__ = [
     "RCLPY",

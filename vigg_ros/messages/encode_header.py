@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from vigg_ros.messages.fields import Message
-from vigg_ros.messages.header import NS_PER_S
+from vigg_ros.sensors.header import NS_PER_S
 
 
 def encode_time(stamp_ns: int) -> Message:

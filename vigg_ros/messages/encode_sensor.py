@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vigg_ros.messages.encode_header import encode_header
 from vigg_ros.messages.fields import Message
 from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.rectification import IDENTITY, Rectifier
+from vigg_ros.sensors.rectification import IDENTITY, Rectifier
 
 _ENCODINGS = {("uint8", 2): "mono8", ("uint8", 3): "bgr8", ("uint16", 2): "16UC1", ("float32", 2): "32FC1"}
 _FLOAT32 = 7

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import yaml
 
-from vigg_ros.online.parameters import unmatched_nodes
+from vigg_ros.node.settings import unmatched_nodes
 
 
 def notes_on_files(words: list[str], node_name: str) -> Iterator[str]:

@@ -10,7 +10,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from vigg_ros.online.parameters import RESERVED, Parameter, Settings
+from vigg_ros.node.settings import RESERVED, Parameter, Settings
 from vigg_ros.registration.errors import ConfigError
 
 

@@ -90,7 +90,7 @@ def _parse(words: list[str]) -> argparse.Namespace:
 
 
 def _print_parameters() -> None:
-    from vigg_ros.online.parameter_table import markdown_table
+    from vigg_ros.node.parameter_table import markdown_table
 
     print(markdown_table(), end="")
 

@@ -16,21 +16,21 @@ from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.node import Node
 
-from vigg_ros.messages.header import stamp_ns
-from vigg_ros.messages.inputs import InputDecoder
-from vigg_ros.node.inputs import InputTopic
-from vigg_ros.node.outputs import Outputs
+from vigg_ros.node.answer import Answer, Registered
+from vigg_ros.node.frame_statistics import Tally
 from vigg_ros.node.parameters import NodeParameters
+from vigg_ros.node.publishers import Outputs
 from vigg_ros.node.reporting import Reporting
+from vigg_ros.node.scheduler import Pipeline
+from vigg_ros.node.sensor_mount import MountFinder, patient
 from vigg_ros.node.services import Services
+from vigg_ros.node.settings import Settings
+from vigg_ros.node.subscriptions import InputTopic
+from vigg_ros.node.trajectory_log import SaveError, Trail
 from vigg_ros.node.transforms import Transforms
-from vigg_ros.online.answer import Answer, Registered
-from vigg_ros.online.mount import MountFinder, patient
-from vigg_ros.online.parameters import Settings
-from vigg_ros.online.pipeline import Pipeline
-from vigg_ros.online.tally import Tally
-from vigg_ros.online.trail import SaveError, Trail
 from vigg_ros.registration.errors import DataError
+from vigg_ros.sensors.header import stamp_ns
+from vigg_ros.sensors.input_decoder import InputDecoder
 from vigg_ros.tracking.extrinsics import Lookup, fixed
 
 ROLES = {"points": ("points", "image", "camera_info"), "depth": ("image", "depth", "camera_info")}

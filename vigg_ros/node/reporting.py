@@ -10,17 +10,17 @@ import traceback
 from rclpy.node import Node
 
 from vigg_ros.messages.fields import Message
-from vigg_ros.node.inputs import InputTopic, has_publisher
+from vigg_ros.node.answer import Answer, Fate
+from vigg_ros.node.frame_statistics import Tally
+from vigg_ros.node.input_monitor import offset_s
 from vigg_ros.node.parameters import NodeParameters
-from vigg_ros.online.answer import Answer, Fate
-from vigg_ros.online.monitor import offset_s
-from vigg_ros.online.parameters import Settings
-from vigg_ros.online.pipeline import Pipeline
-from vigg_ros.online.status import frame_status, input_status, registration_status, waiting_status
-from vigg_ros.online.tally import Tally
-from vigg_ros.online.throttle import Throttle
-from vigg_ros.online.watchdog import PROFILE_REMEDY, SILENCE_S, Facts, Finding, explain, patience_s
-from vigg_ros.tracking.observation import Note
+from vigg_ros.node.scheduler import Pipeline
+from vigg_ros.node.settings import Settings
+from vigg_ros.node.status import frame_status, input_status, registration_status, waiting_status
+from vigg_ros.node.subscriptions import InputTopic, has_publisher
+from vigg_ros.node.throttle import Throttle
+from vigg_ros.node.watchdog import PROFILE_REMEDY, SILENCE_S, Facts, Finding, explain, patience_s
+from vigg_ros.sensors.observation import Note
 from vigg_ros.tracking.registrar import State
 
 LOG_PERIOD_S = 10.0

@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from vigg_ros.online.trail import SaveError
+from vigg_ros.node.trajectory_log import SaveError
 
 
 class Services:

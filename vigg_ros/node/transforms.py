@@ -13,10 +13,10 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from vigg_ros.messages.encode import encode_transform
-from vigg_ros.messages.stamped_pose import decode_transform
-from vigg_ros.node.classes import ros
-from vigg_ros.online.parents import ParentWatch
+from vigg_ros.node.ros_classes import ros
+from vigg_ros.node.tf_parents import ParentWatch
 from vigg_ros.registration.errors import ConfigError, DataError
+from vigg_ros.sensors.stamped_pose import decode_transform
 
 
 class Transforms:

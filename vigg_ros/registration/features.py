@@ -12,7 +12,7 @@ from functools import partial
 from threading import Lock
 from typing import Generic, TypeVar
 
-from vigg_ros.registration.appearance import Appearance
+from vigg_ros.acceptance.appearance import Appearance
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import (

@@ -10,7 +10,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.candidates import Candidate, Pair, assess
+from vigg_ros.acceptance.agreement import Candidate, Pair, assess
+from vigg_ros.acceptance.checks import (
+    RIVAL_MATCHES,
+    carries,
+    contenders,
+    find_lack,
+    is_clear,
+    is_supported,
+    judge,
+)
 from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features, extract
@@ -20,15 +29,6 @@ from vigg_ros.registration.matches import concatenate, no_matches
 from vigg_ros.registration.refinement import Fit, refine
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.stages import OutOfTime, time_limit
-from vigg_ros.registration.verification import (
-    RIVAL_MATCHES,
-    carries,
-    contenders,
-    find_lack,
-    is_clear,
-    is_supported,
-    judge,
-)
 from vigg_ros.registration.visual import match_visual
 
 __all__ = ["extract", "register"]

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.options import PairingConfig
+from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
 from vigg_ros.tracking.extrinsics import Lookup
-from vigg_ros.tracking.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
 from vigg_ros.tracking.pairing import Pair, Pairing, Unpaired
 
 

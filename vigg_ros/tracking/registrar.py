@@ -11,12 +11,12 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.acceptance.checks import find_lack
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.stages import OutOfTime, record_stages, time_limit
-from vigg_ros.registration.verification import find_lack
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.tracking.chain import UncertainPose
 from vigg_ros.tracking.deskew import MAX_INTERVAL_S, deskew, mean_skew_m, velocity

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from vigg_ros.bags.reader import BagReader, Topic
 from vigg_ros.bags.topics import TopicChoice
-from vigg_ros.evaluation.trajectory import Trajectory
+from vigg_ros.node.player.bag_publishers import Publishers
 from vigg_ros.node.player.dds_profile import set_profile
 from vigg_ros.node.player.live_display import LiveDisplay
 from vigg_ros.node.player.live_summary import Run
@@ -20,8 +20,8 @@ from vigg_ros.node.player.node_process import NodeFailed, NodeProcess, Usage, no
 from vigg_ros.node.player.observer import Observer
 from vigg_ros.node.player.participant import participant
 from vigg_ros.node.player.playback import Plan, Playback, Sending
-from vigg_ros.node.player.publishers import Publishers
 from vigg_ros.node.player.scoreboard import Errors, Score, Scoreboard
+from vigg_ros.report.trajectory import Trajectory
 
 READY_S = 180.0
 """So long the node may take to subscribe: before, it compiles its kernels, up to a minute where they are not cached."""

@@ -16,9 +16,9 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from vigg_ros.messages.stamped_pose import decode_pose
 from vigg_ros.node.player.scoreboard import Scoreboard
 from vigg_ros.registration.errors import DataError
+from vigg_ros.sensors.stamped_pose import decode_pose
 
 POSE, STATUS = "/registrar/pose", "/registrar/status"
 

@@ -12,8 +12,8 @@ from typing import Literal
 
 from vigg_ros.bags.reader import BagReader, SerialisedMessage
 from vigg_ros.bags.restamping import moved
+from vigg_ros.node.player.bag_publishers import Publishers
 from vigg_ros.node.player.pacing import Pace, Timeline
-from vigg_ros.node.player.publishers import Publishers
 
 _BETWEEN_LOOPS_NS = 100_000_000
 """From the last message of a loop to the first of the next one."""

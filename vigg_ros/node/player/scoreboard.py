@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.evaluation.trajectory import Trajectory, interpolate
 from vigg_ros.registration.rigid import inverse
+from vigg_ros.report.trajectory import Trajectory, interpolate
 
 RECENT_S = 3.0
 """Rates and latencies while it runs are those of so many seconds."""

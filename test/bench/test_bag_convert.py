@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Folders become bags that say the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import choose_topics
+from vigg_ros.bench.datasets.convert import LAYOUTS, convert, open_dataset
+from vigg_ros.registration.errors import BagError
+from vigg_ros.sensors.decode import decode_depth, decode_image, decode_points
+from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
+from vigg_ros_testing.dataset_samples import kitti, kitti_raw, pose_at, real_data, scannet, seven_scenes, tum
+
+COLOUR, INFO = "/camera/color/image_raw", "/camera/color/camera_info"
+DEPTH, TRUTH = "/camera/aligned_depth_to_color/image_raw", "/ground_truth/pose"
+RECTIFIED, POINTS = "/camera/color/image_rect_color", "/velodyne_points"
+
+
+def messages_of(bag: Path) -> dict[str, list]:
+    """The bag's messages by topic, in order."""
+    found: dict[str, list] = {}
+    with BagReader(bag) as reader:
+        for one in reader.messages():
+            found.setdefault(one.topic, []).append(one.message)
+        assert not reader.damaged
+    return found
+
+
+@pytest.mark.parametrize(("layout", "make"), [("7scenes", seven_scenes), ("scannet", scannet)])
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_an_rgbd_folder_becomes_a_bag(layout: str, make, storage: str, tmp_path: Path) -> None:
+    folder = make(tmp_path / "folder")
+    summary = convert(layout, folder, tmp_path / "bag", storage=storage)
+    assert summary.counts == {COLOUR: 4, INFO: 4, DEPTH: 4, TRUTH: 4}
+    frames = open_dataset(layout, folder).frames()
+    assert summary.duration_s == pytest.approx((frames[-1].stamp_ns - frames[0].stamp_ns) / 1e9)
+    held = messages_of(tmp_path / "bag")
+    for k, frame in enumerate(frames):
+        image, depth = decode_image(held[COLOUR][k]), decode_depth(held[DEPTH][k])
+        pose = decode_pose(held[TRUTH][k])
+        assert {image.stamp_ns, depth.stamp_ns, pose.stamp_ns} == {frame.stamp_ns}
+        np.testing.assert_array_equal(image.image, frame.image())
+        np.testing.assert_allclose(depth.depth_m, frame.depth_m(), rtol=1e-6)
+        np.testing.assert_allclose(pose.T_frame_child, pose_at(frame.number), atol=1e-12)
+        assert held[DEPTH][k].encoding == "16UC1"
+        assert held[INFO][k].p.tolist() == [7, 0, 3.5, 0, 0, 6, 2.5, 0, 0, 0, 1, 0]
+
+
+def test_tum_keeps_stamps_and_depth_exactly(tmp_path: Path) -> None:
+    folder = tum(tmp_path / "fr1")
+    summary = convert("tum", folder, tmp_path / "bag", intrinsics=(7, 6, 3.5, 2.5))
+    assert summary.counts == {COLOUR: 3, INFO: 3, DEPTH: 3, TRUTH: 12}
+    held = messages_of(tmp_path / "bag")
+    dataset = open_dataset("tum", folder)
+    assert [decode_image(one).stamp_ns for one in held[COLOUR]] == [f.stamp_ns for f in dataset.images]
+    assert [decode_depth(one).stamp_ns for one in held[DEPTH]] == [f.stamp_ns for f in dataset.depths]
+    # 5,001 / 5,000 m is not a whole number of millimetres: metres keep it.
+    assert held[DEPTH][1].encoding == "32FC1"
+    np.testing.assert_allclose(decode_depth(held[DEPTH][1]).depth_m[1:], 5001 / 5000, rtol=1e-7)
+
+
+@pytest.mark.parametrize("layout", ["kitti", "kitti-raw"])
+def test_kitti_becomes_a_bag_with_scans_and_extrinsics(layout: str, tmp_path: Path) -> None:
+    folder = kitti(tmp_path / "04") if layout == "kitti" else kitti_raw(tmp_path)
+    summary = convert(layout, folder, tmp_path / "bag")
+    assert summary.counts == {"/tf_static": 1, RECTIFIED: 3, INFO: 3, POINTS: 3, TRUTH: 3}
+    held = messages_of(tmp_path / "bag")
+    dataset = open_dataset(layout, folder)
+    transform = decode_transform(held["/tf_static"][0].transforms[0])
+    assert (transform.frame_id, transform.child_frame_id) == ("velodyne", "camera_color_optical_frame")
+    np.testing.assert_allclose(transform.T_frame_child, dataset.T_lidar_camera, atol=1e-12)
+    for message, frame in zip(held[POINTS], dataset.frames(), strict=True):
+        cloud = decode_points(message)
+        assert (cloud.stamp_ns, cloud.frame_id) == (frame.stamp_ns, "velodyne")
+        assert [field.name for field in message.fields] == ["x", "y", "z", "intensity"]
+        np.testing.assert_array_equal(cloud.points, frame.points())
+
+
+def test_intensity_survives(tmp_path: Path) -> None:
+    convert("kitti", kitti(tmp_path / "04"), tmp_path / "bag")
+    message = messages_of(tmp_path / "bag")[POINTS][1]
+    table = np.frombuffer(message.data, "<f4").reshape(-1, 4)
+    assert table.tolist() == [[1, 1, 2, 0.25], [4, 5, 6, 0.5]]
+    assert (message.width, message.point_step, message.row_step) == (2, 16, 32)
+
+
+@pytest.mark.parametrize(("layout", "make"), [("7scenes", seven_scenes), ("tum", tum), ("kitti", kitti)])
+def test_the_bags_topics_need_no_naming(layout: str, make, tmp_path: Path) -> None:
+    convert(layout, make(tmp_path / "folder"), tmp_path / "bag")
+    with BagReader(tmp_path / "bag") as reader:
+        choice = choose_topics(reader.topics, encodings=reader.encodings())
+        assert set(choice.names) == {topic.name for topic in reader.topics}
+
+
+def test_the_same_folder_gives_the_same_bytes(tmp_path: Path) -> None:
+    folder = seven_scenes(tmp_path / "folder")
+    for parent in "ab":
+        convert("7scenes", folder, tmp_path / parent / "bag")
+    a, b = ((tmp_path / parent / "bag" / "bag.mcap").read_bytes() for parent in "ab")
+    assert a == b
+
+
+def test_a_file_that_cannot_be_read_is_left_out_and_noted(tmp_path: Path) -> None:
+    folder = seven_scenes(tmp_path / "folder")
+    (folder / "frame-000001.color.png").write_bytes(b"")
+    (folder / "frame-000002.depth.png").write_bytes(b"broken")
+    summary = convert("7scenes", folder, tmp_path / "bag")
+    assert summary.counts == {COLOUR: 3, INFO: 4, DEPTH: 3, TRUTH: 4}
+    assert "2 files were left out; the first: " in summary.notes[-1]
+    assert "frame-000001.color.png" in summary.notes[-1]
+
+
+def test_progress_counts_to_its_end(tmp_path: Path) -> None:
+    seen: list[tuple[int, int]] = []
+    convert(
+        "kitti",
+        kitti(tmp_path / "04"),
+        tmp_path / "bag",
+        progress=lambda done, total: seen.append((done, total)),
+    )
+    assert seen == [(k, 13) for k in range(1, 14)]
+
+
+def test_an_existing_bag_is_refused_before_anything_is_read(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    with pytest.raises(BagError, match="exists already"):
+        convert("7scenes", tmp_path / "not there", tmp_path / "bag")
+
+
+def test_a_folder_that_does_not_fit_leaves_no_bag(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match="not there"):
+        convert("7scenes", tmp_path / "not there", tmp_path / "bag")
+    assert not (tmp_path / "bag").exists()
+
+
+def test_an_unknown_layout_lists_the_known_ones() -> None:
+    with pytest.raises(BagError, match="unknown layout 'euroc'; known ones: 7scenes, 3dmatch"):
+        open_dataset("euroc", ".")
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_an_option_that_a_layout_does_not_have_is_refused(layout: str, tmp_path: Path) -> None:
+    with pytest.raises(BagError, match=f"layout {layout} has no option speed; it takes"):
+        open_dataset(layout, tmp_path, speed=3)
+
+
+def test_an_option_of_none_is_its_default(tmp_path: Path) -> None:
+    folder = kitti(tmp_path)
+    assert len(open_dataset("kitti", folder, intrinsics=None, depth_scale=None).frames()) == 3
+
+
+def test_the_kitchen_as_a_bag_says_what_its_files_say(tmp_path: Path) -> None:
+    folder = tmp_path / "kitchen"
+    folder.mkdir()
+    ten = {f"frame-{k:06d}" for k in (*range(5), *range(100, 105))}
+    for path in real_data("redkitchen").iterdir():
+        if path.name[:12] in ten or path.name == "camera-intrinsics.txt":
+            (folder / path.name).symlink_to(path)
+    summary = convert("7scenes", folder, tmp_path / "bag")
+    assert summary.counts[COLOUR] == 10
+    frames = open_dataset("7scenes", folder).frames()
+    held = messages_of(tmp_path / "bag")
+    for image, depth, frame in zip(held[COLOUR], held[DEPTH], frames, strict=True):
+        np.testing.assert_array_equal(decode_image(image).image, frame.image())
+        np.testing.assert_array_equal(decode_depth(depth).depth_m, frame.depth_m())

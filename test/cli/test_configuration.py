@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Options of the command line, and files: what is odd is refused before anything is read, with exit code 2."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+
+import pytest
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicRequest, choose_topics
+from vigg_ros.cli.config_arguments import ChosenConfig, choose_config, load_config
+from vigg_ros.cli.console import ExitCode
+from vigg_ros.cli.main import main
+from vigg_ros.registration.config import Config
+
+BAG = Path(__file__).parents[2] / "bags" / "room_rgbd"
+
+
+def refused(capsys: pytest.CaptureFixture[str], output: Path, *options: str) -> str:
+    """What is said about these options of a replay, which must not begin."""
+    code = main(["replay", str(BAG), "--output", str(output), *options])
+    said = capsys.readouterr()
+    assert code == ExitCode.USAGE
+    assert not output.exists()
+    assert said.err.count("\n") == 1, "one line, no traceback"
+    return said.err
+
+
+@pytest.mark.hostile("Parameters: Integer for a double A")
+def test_an_integer_is_taken_for_a_real_number() -> None:
+    config = load_config(Namespace(config="rgbd", set=["geometric.max_range_m=6"]))
+    assert config.geometric.max_range_m == 6.0
+    assert isinstance(config.geometric.max_range_m, float)
+
+
+@pytest.mark.parametrize("text", ["1e-3", "1.0e-3", "0.001", "1E-03"])
+def test_a_number_may_have_an_exponent(text: str) -> None:
+    assert load_config(Namespace(config="rgbd", set=[f"input.depth_scale_m={text}"])).input.depth_scale_m == 0.001
+
+
+@pytest.mark.hostile("Parameters: NaN or out of range F, or refused at run time with the old value kept")
+@pytest.mark.parametrize("value", [".nan", ".inf", "-1", "1000000", "true", "'wide'"])
+def test_a_value_out_of_range_stops_the_start(value: str, tmp_path: Path, capsys) -> None:
+    said = refused(capsys, tmp_path / "out", "--set", f"geometric.max_range_m={value}")
+    assert "geometric.max_range_m is" in said
+    assert "expected" in said
+
+
+@pytest.mark.hostile("Parameters: unknown key F with a suggestion")
+def test_an_unknown_option_stops_the_start_with_a_suggestion(tmp_path: Path, capsys) -> None:
+    said = refused(capsys, tmp_path / "out", "--set", "geometric.max_rnage_m=6")
+    assert "did you mean geometric.max_range_m?" in said
+
+
+@pytest.mark.hostile("Parameters: unknown key F with a suggestion")
+def test_an_unknown_key_in_a_file_stops_the_start_with_a_suggestion(tmp_path: Path, capsys) -> None:
+    (tmp_path / "mine.yaml").write_text("visual:\n  top_q: 3\n")
+    assert "did you mean visual.top_k?" in refused(capsys, tmp_path / "out", "--config", str(tmp_path / "mine.yaml"))
+
+
+@pytest.mark.hostile("Parameters: inconsistent set refused as a whole")
+def test_options_that_contradict_each_other_are_refused_together(tmp_path: Path, capsys) -> None:
+    options = ["--set", "geometric.min_range_m=5", "--set", "geometric.max_range_m=4"]
+    said = refused(capsys, tmp_path / "out", *options)
+    assert "min_range_m is 5.0" in said
+    assert "max_range_m is 4.0" in said
+
+
+@pytest.mark.parametrize("text", ["visual.top_k", "visual.top_k=[", "visual.top_k=3=4"])
+def test_what_is_no_assignment_is_refused(text: str, tmp_path: Path, capsys) -> None:
+    assert "visual.top_k" in refused(capsys, tmp_path / "out", "--set", text)
+
+
+@pytest.mark.parametrize("value", ["0.00005", "1e-4", "0.001", "1"])
+def test_a_printed_configuration_is_read_back(value: str, tmp_path: Path, capsys) -> None:
+    assert main(["config", "--set", f"input.depth_scale_m={value}", "--set", "verification.enabled=false"]) == 0
+    (tmp_path / "mine.yaml").write_text(capsys.readouterr().out)
+    config = load_config(Namespace(config=str(tmp_path / "mine.yaml"), set=[]))
+    assert config.input.depth_scale_m == float(value)
+    assert not config.verification.enabled
+
+
+@pytest.mark.parametrize("name", ["nowhere.yaml", "./rgbd", "lidar.yml", "nowhere/mine"])
+def test_a_missing_file_is_called_missing(name: str, tmp_path: Path, capsys) -> None:
+    assert f"{name} does not exist" in refused(capsys, tmp_path / "out", "--config", name)
+
+
+def test_a_file_does_not_hide_a_preset(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "lidar").write_text("visual:\n  top_k: 7\n")
+    monkeypatch.chdir(tmp_path)
+    assert load_config(Namespace(config="lidar", set=[])) == Config.preset("lidar")
+    assert load_config(Namespace(config="./lidar", set=[])).visual.top_k == 7
+
+
+def chosen(name: str, config: str | None, *assignments: str) -> ChosenConfig:
+    with BagReader(BAG.parent / name) as reader:
+        choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
+        return choose_config(Namespace(config=config, set=list(assignments)), reader, choice)
+
+
+@pytest.mark.parametrize(("name", "preset"), [("room_rgbd", "rgbd"), ("street_lidar", "lidar")])
+def test_without_a_config_the_bag_says_which(name: str, preset: str) -> None:
+    found = chosen(name, None, "visual.top_k=77")
+    assert found.config == Config.preset(preset).replace({"visual.top_k": 77})
+    assert found.source == f"{preset}, by what the bag holds"
+    assert found.notes == ()
+
+
+def test_a_config_is_taken_as_given_with_a_note_where_it_does_not_suit() -> None:
+    found = chosen("street_lidar", "rgbd")
+    assert found.config == Config.preset("rgbd")
+    assert found.source == "rgbd, as asked for"
+    (note,) = found.notes
+    assert "holds scans that reach far" in note
+    assert "--config lidar" in note
+    assert chosen("street_lidar", "rgbd", "geometric.voxel_size_m=0.2").notes == ()
+    assert chosen("room_rgbd", "rgbd_paper").notes == ()

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The trajectory that is saved on request."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vigg_ros.node import trajectory_log as trail_module
+from vigg_ros.node.trajectory_log import SaveError, Trail
+
+
+def moved(x: float) -> np.ndarray:
+    T_odom_frame = np.eye(4)
+    T_odom_frame[0, 3] = x
+    return T_odom_frame
+
+
+def with_poses(count: int, capacity: int = 1000) -> Trail:
+    one = Trail(capacity)
+    for number in range(count):
+        one.add(1_772_013_245_123_456_789 + number, 0, moved(number))
+    return one
+
+
+def test_stamps_keep_all_their_digits(tmp_path: Path) -> None:
+    path = with_poses(2).save(str(tmp_path))
+    assert path.read_text() == (
+        "# session 0\n"
+        "1772013245.123456789 0.000000000 0.000000000 0.000000000 0.000000000 0.000000000 0.000000000 1.000000000\n"
+        "1772013245.123456790 1.000000000 0.000000000 0.000000000 0.000000000 0.000000000 0.000000000 1.000000000\n"
+    )
+
+
+def test_a_new_session_begins_a_new_trail() -> None:
+    one = with_poses(5)
+    one.add(5, 3, moved(0))
+    assert (len(one), one.session) == (1, 3)
+
+
+def test_memory_is_bounded_and_what_was_forgotten_is_said() -> None:
+    one = with_poses(250, capacity=100)
+    assert len(one) <= 100
+    assert len(one) + one.forgotten == 250
+    lines = list(one.lines())
+    assert lines[0] == f"# session 0, without its first {one.forgotten} poses"
+    assert lines[-1].split()[1] == "249.000000000"
+
+
+@pytest.mark.parametrize("folder", ["", "gone"])
+def test_what_cannot_be_saved_is_said(tmp_path: Path, folder: str) -> None:
+    with pytest.raises(SaveError, match="output_dir"):
+        with_poses(1).save(str(tmp_path / folder) if folder else "")
+
+
+def test_without_poses_no_file_is_written(tmp_path: Path) -> None:
+    with pytest.raises(SaveError, match="no pose yet"):
+        Trail().save(str(tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
+class StoppedClock(datetime):
+    """Always the same moment, so that names collide."""
+
+    @classmethod
+    def now(cls, tz: object = None) -> datetime:
+        return datetime(2026, 2, 25, 12, 0, 0)
+
+
+@pytest.mark.hostile(
+    "System: disk full, read-only folder, existing path, symlink: an error, never overwritten or deleted"
+)
+def test_an_existing_file_or_link_is_never_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trail_module, "datetime", StoppedClock)
+    first = with_poses(1).save(str(tmp_path))
+    with pytest.raises(SaveError, match="exists"):
+        with_poses(2).save(str(tmp_path))
+    assert len(first.read_text().splitlines()) == 2
+    first.unlink()
+    target = tmp_path / "precious"
+    target.write_text("kept")
+    first.symlink_to(target)
+    with pytest.raises(SaveError, match="exists"):
+        with_poses(2).save(str(tmp_path))
+    assert target.read_text() == "kept"
+
+
+def test_a_file_has_its_name_only_when_it_is_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = with_poses(3)
+    seen: list[list[str]] = []
+
+    def lines(trail: Trail) -> Iterator[str]:
+        seen.append([path.suffix for path in tmp_path.iterdir()])
+        yield "# session 0"
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Trail, "lines", lines)
+    with pytest.raises(SaveError, match="No space left on device; check output_dir"):
+        one.save(str(tmp_path))
+    assert seen == [[".part"]]
+    assert not list(tmp_path.iterdir()), "nothing half written is left"
+
+
+def test_a_copy_stays_as_it_was_while_poses_are_added() -> None:
+    one = with_poses(250, capacity=100)
+    before = list(one.lines())
+    copied = one.copy()
+    one.add(7, 0, moved(7))
+    assert list(copied.lines()) == before
+    assert list(one.lines())[-1].startswith("0.000000007 7.0")
+    one.add(5, 3, moved(0))
+    assert list(copied.lines()) == before
+
+
+def test_many_poses_are_written_as_each_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trail_module, "_BLOCK", 7)
+    one, expected = Trail(), ["# session 0"]
+    for number, rotation in enumerate(Rotation.random(50, random_state=3)):
+        T_odom_frame = moved(number)
+        T_odom_frame[:3, :3] = rotation.as_matrix()
+        one.add(number, 0, T_odom_frame)
+        quaternion = rotation.as_quat(canonical=True)
+        numbers = (number, 0, 0, *quaternion)
+        expected.append(f"0.{number:09d} " + " ".join(f"{value:.9f}" for value in numbers))
+    assert list(one.lines()) == expected

@@ -1,0 +1,239 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings with random damage through `vigg replay`: it ends as declared, and what is whole is not affected.
+
+What "not affected" means: a frame is registered against a keyframe, and damage may have taken the keyframe
+that the clean run used. So poses as such cannot be compared. But the registration is a function of the two
+frames alone. Hence, wherever a frame of undamaged messages was answered against a keyframe of undamaged
+messages, the answer is bit by bit that of registering these two frames of the clean recording, and the pose
+is the keyframe's pose times the answer. Frames that were answered against a damaged keyframe are counted but
+not compared: their row in frames.csv names that keyframe. Undamaged images without a pose have a reason.
+
+VIGG_SEEDS sets the number of recordings, VIGG_LONG_RUN names a folder in the 7-Scenes layout to damage as well.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import os
+import shutil
+from collections import Counter, defaultdict
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicChoice, choose_topics
+from vigg_ros.bench.datasets.convert import convert
+from vigg_ros.cli.console import ExitCode
+from vigg_ros.cli.main import main
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.result import Outcome, Registration
+from vigg_ros.registration.vigg import extract, register
+from vigg_ros.report.source import BagSource
+from vigg_ros.sensors.header import stamp_ns
+from vigg_ros.tracking.assembly import FrameAssembler, SyncedFrame
+from vigg_ros_testing.recording_damage import damaged_bag
+from vigg_ros_testing.short_recordings import CHEAP, ROOM, Entry, Watched, short_entries, watch_replay, write_entries
+
+SEEDS = int(os.environ.get("VIGG_SEEDS", "6"))
+QUIET_SEEDS = 20
+"""A longer run says what became of its recordings."""
+
+FOLDER = os.environ.get("VIGG_LONG_RUN", "")
+CONFIG = Config.preset("rgbd").replace(CHEAP)
+SLOP_NS = round(CONFIG.pairing.sync_slop_s * 1e9)
+DECLARED = {ExitCode.OK, ExitCode.USAGE, ExitCode.UNREADABLE, ExitCode.PARTLY_READABLE, ExitCode.NOTHING_PAIRED}
+WROTE = {ExitCode.OK, ExitCode.PARTLY_READABLE}
+
+
+class CleanRecording:
+    """The frames of the clean bag, and the registration of any two of them."""
+
+    def __init__(self, entries: list[Entry], bag: Path) -> None:
+        self.entries = entries
+        self.prints = fingerprints(bag)
+        self.frames = frames_of(bag)
+        self.features = cache(lambda stamp: extract(self.frames[stamp], CONFIG))
+        self.register: Callable[[int, int], Outcome] = cache(self._register)
+
+    def _register(self, target_ns: int, source_ns: int) -> Outcome:
+        return register(self.features(target_ns), self.features(source_ns), CONFIG)
+
+    def holds(self, frame: Frame) -> bool:
+        """Whether the frame is one of the clean recording, bit by bit."""
+        clean = self.frames.get(frame.stamp_ns)
+        return clean is not None and same_frame(clean, frame)
+
+
+def same_frame(one: Frame, other: Frame) -> bool:
+    same_image = np.array_equal(one.image, other.image)
+    return same_image and one.camera == other.camera and np.array_equal(one.geometry.depth_m, other.geometry.depth_m)
+
+
+def chosen(reader: BagReader) -> TopicChoice:
+    return choose_topics(reader.topics, encodings=reader.encodings())
+
+
+def frames_of(bag: Path) -> dict[int, Frame]:
+    assembler = FrameAssembler(CONFIG.pairing)
+    with BagReader(bag) as reader:
+        found = [one for item in BagSource(reader, chosen(reader), CONFIG.input) for one in assembler.add(item)]
+    found += assembler.flush()
+    return {one.frame.stamp_ns: one.frame for one in found if isinstance(one, SyncedFrame)}
+
+
+def fingerprints(bag: Path) -> dict[str, dict[int, set[str]]]:
+    """What each topic holds at each stamp: hashes of everything that a frame is made of."""
+    found: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
+    with BagReader(bag) as reader:
+        for item in reader.messages(order="log"):
+            try:
+                stamp = stamp_ns(item.message.header.stamp)
+            except (AttributeError, DataError):
+                continue
+            text = repr(item.message).encode() + bytes(getattr(item.message, "data", b""))
+            found[item.topic][stamp].add(hashlib.sha256(text).hexdigest())
+    return found
+
+
+def undamaged(stamp: int, clean: CleanRecording, prints: dict[str, dict[int, set[str]]]) -> bool:
+    """Whether all that this frame is made of is in the recording as it was: image, depth, every calibration."""
+
+    def near(held: dict[int, set[str]]) -> dict[int, set[str]]:
+        return {other: hashes for other, hashes in held.items() if abs(other - stamp) <= SLOP_NS}
+
+    for topic, held in clean.prints.items():
+        now = prints.get(topic, {})
+        if topic.endswith("camera_info"):
+            if any(hashes != held.get(other) for other, hashes in now.items()) or stamp not in now:
+                return False
+        elif "pose" not in topic and near(held) != near(now):
+            return False
+    return True
+
+
+def check(watched: Watched, bag: Path, clean: CleanRecording, how: str) -> Counter[str]:
+    """All that the head of this file promises; returns how many frames were compared, and how they fared."""
+    counts = Counter({"replays": 1, f"exit {watched.exit_code}": 1})
+    assert watched.exit_code in DECLARED, how
+    assert watched.output.exists() == (watched.exit_code in WROTE), how
+    if watched.exit_code not in WROTE:
+        return counts
+    prints = fingerprints(bag)
+    intact = {stamp for stamp in clean.frames if undamaged(stamp, clean, prints)}
+    with (watched.output / "frames.csv").open(newline="", encoding="utf-8") as file:
+        rows = {int(row["stamp_ns"]): row for row in reversed(list(csv.DictReader(file)))}
+    for stamp in intact:
+        assert stamp in rows, f"{how}: {stamp} left no row"
+        assert rows[stamp]["sigma_translation_m"] or rows[stamp]["reason"], f"{how}: {stamp} has no reason"
+    keyframe_poses: dict[tuple[int, int], np.ndarray] = {}
+    for estimate, attempt in watched.steps:
+        counts.update(compare(estimate, attempt, clean, intact, how))
+        if estimate.T_odom_frame is not None:
+            assert np.isfinite(estimate.T_odom_frame).all(), how
+            keyframe_poses[estimate.session, estimate.stamp_ns] = estimate.T_odom_frame
+            check_chain(estimate, attempt, keyframe_poses, how)
+    return counts
+
+
+def compare(estimate, attempt, clean: CleanRecording, intact: set[int], how: str) -> Counter[str]:
+    if estimate.stamp_ns in intact:
+        assert clean.holds(attempt.frame), f"{how}: {estimate.stamp_ns} is another frame than in the clean recording"
+    if not clean.holds(attempt.frame):
+        return Counter({"frames that are damaged but decode": 1})
+    if not isinstance(estimate.outcome, Registration):
+        return Counter({"first frames" if estimate.outcome is None else "lost frames": 1})
+    if not clean.holds(attempt.keyframe.frame):
+        return Counter({"frames on a damaged keyframe": 1})
+    expected = clean.register(attempt.keyframe.frame.stamp_ns, estimate.stamp_ns)
+    assert isinstance(expected, Registration), f"{how}: {estimate.stamp_ns} is refused when clean"
+    assert np.array_equal(expected.T_target_source, estimate.outcome.T_target_source), f"{how}: {estimate.stamp_ns}"
+    return Counter({"frames equal to the clean ones": 1})
+
+
+def check_chain(estimate, attempt, poses: dict[tuple[int, int], np.ndarray], how: str) -> None:
+    """The pose is the keyframe's pose times the registration."""
+    if attempt.keyframe is None:
+        assert np.array_equal(estimate.T_odom_frame, np.eye(4)), how
+        return
+    T_odom_keyframe = poses[estimate.session, attempt.keyframe.frame.stamp_ns]
+    expected = T_odom_keyframe @ estimate.outcome.T_target_source
+    # Rounding only: each link is made orthonormal again.
+    np.testing.assert_allclose(estimate.T_odom_frame, expected, atol=1e-12, err_msg=how)
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> CleanRecording:
+    entries = short_entries(ROOM, frames=6, every=4)
+    return CleanRecording(entries, write_entries(tmp_path_factory.mktemp("clean") / "room", entries))
+
+
+def check_doctor(doctor_code: int, replay_code: int, how: str) -> Counter[str]:
+    """The doctor ends as declared; it may miss what stands behind the few messages that it decodes, no more."""
+    assert doctor_code in DECLARED - {ExitCode.USAGE}, how
+    assert (doctor_code == ExitCode.UNREADABLE) == (replay_code == ExitCode.UNREADABLE), how
+    return Counter({f"doctor {doctor_code}, replay {replay_code}": 1})
+
+
+def run_seeds(clean: CleanRecording, folder: Path, monkeypatch, capsys) -> Counter[str]:
+    total: Counter[str] = Counter()
+    for seed in range(SEEDS):
+        bag, how = damaged_bag(clean.entries, folder / f"bag_{seed}", seed)
+        watched = watch_replay(bag, folder / f"out_{seed}", monkeypatch)
+        total += check(watched, bag, clean, how)
+        total += check_doctor(main(["doctor", str(bag)]), watched.exit_code, how)
+        shutil.rmtree(bag)
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err + said.out
+    if SEEDS > QUIET_SEEDS:
+        with capsys.disabled():
+            print(f"\n{dict(sorted(total.items()))}")
+    return total
+
+
+def test_the_undamaged_recording_is_equal_to_itself(clean, tmp_path: Path, monkeypatch) -> None:
+    bag = write_entries(tmp_path / "bag", clean.entries)
+    watched = watch_replay(bag, tmp_path / "out", monkeypatch)
+    counts = check(watched, bag, clean, "clean")
+    assert watched.exit_code == ExitCode.OK
+    # Were nothing compared, the tests below would say nothing.
+    assert counts == {"replays": 1, "exit 0": 1, "first frames": 1, "frames equal to the clean ones": 5}
+    assert sum(record.new_keyframe for record in watched.records) > 1
+
+
+def test_a_registration_that_differs_is_found(clean, tmp_path: Path, monkeypatch) -> None:
+    bag = write_entries(tmp_path / "bag", clean.entries)
+    watched = watch_replay(bag, tmp_path / "out", monkeypatch)
+    estimate, attempt = watched.steps[-1]
+    T = estimate.outcome.T_target_source.copy()
+    T[0, 3] = np.nextafter(T[0, 3], 1)
+    other = replace(estimate, outcome=replace(estimate.outcome, T_target_source=T))
+    with pytest.raises(AssertionError):
+        compare(other, attempt, clean, set(), "one bit off")
+
+
+@pytest.mark.hostile(
+    'Bags: flipped bits: keep what was read, exit 4 (sqlite3 can read "0 messages" without an error: '
+    "compare message_count)"
+)
+@pytest.mark.hostile("Bags: log time out of order: order by header stamp")
+def test_random_damage_ends_as_declared_and_spares_what_is_whole(clean, tmp_path, monkeypatch, capsys) -> None:
+    counts = run_seeds(clean, tmp_path, monkeypatch, capsys)
+    assert counts["frames equal to the clean ones"] > SEEDS
+
+
+@pytest.mark.skipif(not FOLDER, reason="VIGG_LONG_RUN does not name a folder in the 7-Scenes layout")
+def test_random_damage_to_a_real_recording(tmp_path: Path, monkeypatch, capsys) -> None:
+    convert("7scenes", FOLDER, tmp_path / "all")
+    entries = short_entries(tmp_path / "all", frames=6, every=5)
+    clean = CleanRecording(entries, write_entries(tmp_path / "clean", entries))
+    counts = run_seeds(clean, tmp_path, monkeypatch, capsys)
+    assert counts["frames equal to the clean ones"] > SEEDS

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sound messages of scenes without information, through the replay: no pose, a reason, and the next frame works."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vigg_ros.registration.camera import Camera
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.result import Outcome, Reason, Registration, Rejection
+from vigg_ros.registration.vigg import extract, register
+from vigg_ros.report.recording import FrameRecord
+from vigg_ros.report.replay import Replay
+from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, PointCloud
+from vigg_ros.tracking.assembly import scan_frame
+from vigg_ros.tracking.extrinsics import StaticTree
+
+START_NS = 1_700_000_000_123_456_789
+PERIOD_NS = 100_000_000
+CONFIG = Config.preset("rgbd")
+
+
+def camera(width: int, height: int) -> Camera:
+    return Camera(width, height, fx_px=200.0, fy_px=200.0, cx_px=(width - 1) / 2, cy_px=(height - 1) / 2)
+
+
+def textured(width: int = 160, height: int = 120) -> np.ndarray:
+    return np.random.default_rng(3).integers(0, 256, (height, width, 3), dtype=np.uint8)
+
+
+def corner(width: int, height: int) -> np.ndarray:
+    """Depth (H, W) of a wall with a step: surfaces in no single plane."""
+    depth_m = np.full((height, width), 2.0, np.float32)
+    depth_m[:, width // 2 :] = 2.5
+    return depth_m
+
+
+def run(images: list[np.ndarray]) -> list[FrameRecord]:
+    """The replay of these images, all of one size, in front of the same walls."""
+    height, width = images[0].shape[:2]
+    observations = [Calibration(START_NS, "camera", camera(width, height))]
+    for number, image in enumerate(images):
+        stamp_ns = START_NS + number * PERIOD_NS
+        observations += [ColourImage(stamp_ns, "camera", image), DepthImage(stamp_ns, "camera", corner(width, height))]
+    return list(Replay(CONFIG).run(observations))
+
+
+@pytest.mark.hostile("Image: constant, black, saturated, 1x1, 8x8: NO_TEXTURE")
+@pytest.mark.parametrize("level", [0, 128, 255])
+def test_an_image_without_contrast_starts_nothing(level: int) -> None:
+    records = run([np.full((120, 160, 3), level, np.uint8), textured()])
+    assert [(record.state, record.reason) for record in records] == [("LOST", "NO_TEXTURE"), ("STARTED", "")]
+    assert records[0].T_odom_frame is None
+    assert records[0].covariance is None
+
+
+@pytest.mark.hostile("Image: constant, black, saturated, 1x1, 8x8: NO_TEXTURE")
+@pytest.mark.parametrize("side", [1, 8])
+def test_a_tiny_image_starts_nothing(side: int) -> None:
+    (record,) = run([textured(side, side)])
+    assert record.state in ("LOST", "REFUSED")
+    assert record.reason in ("NO_TEXTURE", "NO_DEPTH")
+    assert record.T_odom_frame is None
+
+
+def line() -> np.ndarray:
+    return np.column_stack((np.linspace(-0.5, 0.5, 3000), np.zeros(3000), np.full(3000, 2.0)))
+
+
+def plane() -> np.ndarray:
+    x, y = np.meshgrid(np.linspace(-0.7, 0.7, 60), np.linspace(-0.5, 0.5, 50))
+    return np.column_stack((x.ravel(), y.ravel(), np.full(x.size, 2.0)))
+
+
+CLOUDS = {"identical": np.tile([0.0, 0.0, 2.0], (3000, 1)), "collinear": line(), "coplanar": plane()}
+
+
+def register_with_itself(points: np.ndarray, image: np.ndarray) -> Outcome:
+    scan = PointCloud(START_NS, "camera", points.astype(np.float32))
+    colour, calibration = ColourImage(START_NS, "camera", image), Calibration(START_NS, "camera", camera(160, 120))
+    features = extract(scan_frame(scan, colour, calibration, StaticTree().lookup), CONFIG)
+    return register(features, features, CONFIG)
+
+
+@pytest.mark.hostile("PointCloud2: identical, collinear or coplanar points DEGENERATE")
+@pytest.mark.parametrize("kind", CLOUDS)
+def test_points_that_fix_no_motion_give_none(kind: str) -> None:
+    # A plane with texture does fix a motion; without, it slides.
+    image = np.full((120, 160, 3), 128, np.uint8) if kind == "coplanar" else textured()
+    outcome = register_with_itself(CLOUDS[kind], image)
+    assert isinstance(outcome, Rejection)
+    # Points on one spot or line are too few once thinned to voxels, before their shape is looked at.
+    assert outcome.reason in (Reason.DEGENERATE, Reason.NO_DEPTH, Reason.NO_TEXTURE)
+
+
+def test_a_plane_with_texture_fixes_the_motion() -> None:
+    outcome = register_with_itself(CLOUDS["coplanar"], textured())
+    assert isinstance(outcome, Registration)
+    np.testing.assert_allclose(outcome.T_target_source, np.eye(4), atol=1e-9)  # the same frame twice
+
+
+@pytest.mark.hostile("Frames and TF: a link that never comes: NO_TF, never identity")
+def test_a_scanner_without_a_place_gives_no_pose() -> None:
+    tree = StaticTree()
+    tree.add("base", "lidar", np.eye(4))
+    replay = Replay(CONFIG, extrinsics=tree.lookup)
+    calibration = Calibration(START_NS, "camera", camera(160, 120))
+    scan, colour = PointCloud(START_NS, "lidar", CLOUDS["coplanar"]), ColourImage(START_NS, "camera", textured())
+    (record,) = replay.run([calibration, scan, colour])
+    assert (record.state, record.reason) == ("REFUSED", "NO_TF")
+    assert record.T_odom_frame is None
+    assert "no transform from 'lidar' to 'camera'" in record.message

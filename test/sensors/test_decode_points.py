@@ -1,0 +1,285 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""PointCloud2: every legal layout gives the same points, and layouts that contradict themselves none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vigg_ros.sensors.decode import decode_points
+from vigg_ros_testing.message_samples import STAMP_NS, cloud, header, point_field, reject, xyz_table
+
+POINTS = np.array([[1.0, 2.0, 3.0], [-4.0, 5.5, -6.25], [7.0, 0.0, 0.0], [0.0, -8.0, 9.0]])
+
+
+def test_a_plain_cloud_is_read():
+    decoded = decode_points(cloud(xyz_table(POINTS)))
+    np.testing.assert_array_equal(decoded.points, POINTS)
+    assert decoded.points.dtype == np.float32
+    assert (decoded.stamp_ns, decoded.frame_id, decoded.notes) == (STAMP_NS, "lidar", ())
+    assert decoded.times_s is None
+
+
+@pytest.mark.hostile("PointCloud2: organised and unorganised A")
+def test_an_organised_cloud_is_read_row_by_row():
+    decoded = decode_points(cloud(xyz_table(POINTS).reshape(2, 2)))
+    np.testing.assert_array_equal(decoded.points, POINTS)
+
+
+@pytest.mark.hostile("PointCloud2: big-endian A")
+@pytest.mark.hostile("PointCloud2: float64 xyz A, integer xyz R")
+@pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", ">f8"])
+def test_both_byte_orders_and_both_float_types_are_read(dtype):
+    times = np.array([0.0, 0.01, 0.02, 0.03], dtype[0] + "f4")
+    decoded = decode_points(cloud(xyz_table(POINTS, dtype, time=times)))
+    np.testing.assert_array_equal(decoded.points, POINTS)
+    assert decoded.points.dtype.isnative
+    np.testing.assert_array_equal(decoded.times_s, times)
+
+
+@pytest.mark.hostile("PointCloud2: float64 xyz A, integer xyz R")
+@pytest.mark.parametrize("sample", ["i1", "u1", "i2", "u2", "i4", "u4"])
+def test_integer_coordinates_are_refused(sample):
+    msg = cloud(xyz_table(POINTS))
+    msg.fields[1] = point_field("y", 4, sample)
+    error = reject(decode_points, msg)
+    assert error.code == "CLOUD_FIELD_TYPE"
+    assert sample in error.found
+
+
+@pytest.mark.parametrize("datatype", [0, 9, 255])
+def test_an_unknown_type_is_refused(datatype):
+    msg = cloud(xyz_table(POINTS))
+    msg.fields[2].datatype = datatype
+    assert reject(decode_points, msg).code == "CLOUD_FIELD_TYPE"
+
+
+@pytest.mark.hostile("PointCloud2: padding in point_step and row_step A")
+def test_padding_between_points_and_rows_and_any_order_of_fields_is_read():
+    layout = np.dtype(
+        {
+            "names": ["z", "ring", "x", "y", "intensity"],
+            "formats": ["<f4", "<u2", "<f4", "<f4", "<f4"],
+            "offsets": [1, 6, 9, 17, 24],
+            "itemsize": 31,
+        }
+    )
+    table = np.zeros((2, 2), layout)
+    for i, axis in enumerate("xyz"):
+        table[axis] = POINTS[:, i].reshape(2, 2)
+    rows = np.full((2, 2 * 31 + 7), 255, "u1")
+    rows[:, :-7] = np.frombuffer(table.tobytes(), "u1").reshape(2, -1)
+    decoded = decode_points(cloud(table, row_step=rows.shape[1], data=rows.tobytes()))
+    np.testing.assert_array_equal(decoded.points, POINTS)
+    assert decoded.notes == ()
+
+
+@pytest.mark.hostile("PointCloud2: NaN or Inf points dropped with all their attributes")
+@pytest.mark.hostile("PointCloud2: 1e30 dropped")
+@pytest.mark.hostile("PointCloud2: (0,0,0) dropped")
+@pytest.mark.parametrize("dtype", ["<f4", "<f8"])
+@pytest.mark.parametrize(
+    "bad",
+    [[np.nan, 1, 1], [1, np.inf, 1], [1, 1, -np.inf], [1e30, 1, 1], [1, -1e30, 1], [0, 0, 0], [-0.0, 0, 0]]
+    + [[1e19, 1e19, 1e19], [10_001, 0, 0]],
+)
+def test_points_that_are_none_are_dropped_with_their_times(bad, dtype):
+    points = np.insert(POINTS, [0, 2, 4], bad, axis=0)
+    times = np.array([9, 0.01, 0.02, 9, 0.03, 0.04, 9], "<f4")
+    decoded = decode_points(cloud(xyz_table(points, dtype, time=times)))
+    np.testing.assert_array_equal(decoded.points, POINTS)
+    np.testing.assert_array_equal(decoded.times_s, np.float32([0.01, 0.02, 0.03, 0.04]))
+
+
+@pytest.mark.parametrize("dtype", ["<f8", ">f8"])
+def test_numbers_beyond_float32_are_dropped_without_a_warning(dtype):
+    points = np.vstack((POINTS, [[1e300, 0, 0], [-1e300, 1e-300, np.nan]]))
+    np.testing.assert_array_equal(decode_points(cloud(xyz_table(points, dtype))).points, POINTS)
+
+
+def test_the_range_is_inclusive():
+    points = [[1.0, 0, 0], [0, 2.0, 0], [0, 0, 3.0], [4.0, 0, 0]]
+    decoded = decode_points(cloud(xyz_table(points)), min_range_m=2.0, max_range_m=3.0)
+    np.testing.assert_array_equal(decoded.points, points[1:3])
+
+
+def test_no_parameter_makes_a_sensor_of_unlimited_range():
+    points = np.vstack((POINTS, [[1e18, 0, 0], [0, np.inf, 0]]))
+    decoded = decode_points(cloud(xyz_table(points)), max_range_m=np.inf)
+    np.testing.assert_array_equal(decoded.points, POINTS)
+
+
+SHORT = "PointCloud2: data shorter than row_step * height R, longer N"
+
+
+@pytest.mark.hostile(SHORT)
+@pytest.mark.parametrize("data", [b"", b"\0" * 47])
+def test_a_cut_cloud_is_refused(data):
+    assert reject(decode_points, cloud(xyz_table(POINTS), data=data)).code == "CLOUD_DATA_SHORT"
+
+
+@pytest.mark.hostile(SHORT)
+def test_a_surplus_is_noted():
+    table = xyz_table(POINTS)
+    decoded = decode_points(cloud(table, data=table.tobytes() + b"\1"))
+    np.testing.assert_array_equal(decoded.points, POINTS)
+    assert [note.code for note in decoded.notes] == ["DATA_LONG"]
+
+
+@pytest.mark.hostile("PointCloud2: xyz missing R with the fields listed")
+def test_a_cloud_without_coordinates_is_refused_by_the_names_it_has():
+    msg = cloud(xyz_table(POINTS))
+    msg.fields = [point_field("range", 0), point_field("azimuth", 4), point_field("z", 8)]
+    error = reject(decode_points, msg)
+    assert error.code == "CLOUD_FIELDS"
+    for name in ("range", "azimuth", "z"):
+        assert repr(name) in error.found
+
+
+@pytest.mark.hostile("PointCloud2: xyz missing R with the fields listed")
+@pytest.mark.parametrize("fields", [[], [point_field("n" * 10_000, 0)] * 3, [point_field("x", 0)] * 300])
+def test_field_lists_of_any_kind_are_refused_in_a_short_line(fields):
+    error = reject(decode_points, cloud(xyz_table(POINTS), fields=fields))
+    assert error.code == "CLOUD_FIELDS"
+    assert len(str(error)) < 1000
+
+
+@pytest.mark.hostile("PointCloud2: count other than 1 on x, y, z R")
+@pytest.mark.parametrize("count", [0, 2, 2**32 - 1])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_coordinates_come_one_by_one(axis, count):
+    msg = cloud(xyz_table(POINTS, intensity=np.zeros(4, "<f4")))
+    msg.fields[axis].count = count
+    assert reject(decode_points, msg).code in ("CLOUD_FIELD_TYPE", "CLOUD_LAYOUT")
+
+
+@pytest.mark.hostile("PointCloud2: duplicate field names R if xyz")
+@pytest.mark.parametrize("axis", "xyz")
+def test_a_coordinate_that_stands_twice_is_refused(axis):
+    msg = cloud(xyz_table(POINTS, intensity=np.zeros(4, "<f4")))
+    msg.fields[3].name = axis
+    assert reject(decode_points, msg).code == "CLOUD_FIELDS"
+
+
+@pytest.mark.hostile("PointCloud2: duplicate field names R if xyz")
+def test_another_field_may_stand_twice():
+    msg = cloud(xyz_table(POINTS, a=np.zeros(4, "<f4"), b=np.zeros(4, "<f4")))
+    msg.fields[4].name = "a"
+    np.testing.assert_array_equal(decode_points(msg).points, POINTS)
+
+
+@pytest.mark.hostile("PointCloud2: offset beyond the step R")
+@pytest.mark.parametrize("offset", [9, 12, 2**32 - 1])
+@pytest.mark.parametrize("index", [0, 2])
+def test_a_field_beyond_its_point_is_refused(index, offset):
+    msg = cloud(xyz_table(POINTS))
+    msg.fields[index].offset = offset
+    assert reject(decode_points, msg).code == "CLOUD_LAYOUT"
+
+
+@pytest.mark.hostile("PointCloud2: point_step 0 or overflowing sizes R before allocation")
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"point_step": 0}, "CLOUD_LAYOUT"),
+        ({"point_step": 2**32 - 1, "row_step": 2**32 - 1, "width": 1}, "CLOUD_DATA_SHORT"),
+        ({"width": 2**32 - 1, "height": 2**32 - 1}, "CLOUD_TOO_LARGE"),
+        ({"width": 2**31, "height": 2, "row_step": 0}, "CLOUD_TOO_LARGE"),
+        ({"width": 16_000_001}, "CLOUD_TOO_LARGE"),
+        ({"width": 16_000_000, "row_step": 2**32 - 1}, "CLOUD_DATA_SHORT"),
+        ({"height": 2, "row_step": 11}, "CLOUD_LAYOUT"),
+    ],
+)
+def test_sizes_that_overflow_are_refused(changes, code):
+    assert reject(decode_points, cloud(xyz_table(POINTS), **changes)).code == code
+
+
+def test_a_row_step_is_not_needed_for_one_row():
+    decoded = decode_points(cloud(xyz_table(POINTS), row_step=0))
+    np.testing.assert_array_equal(decoded.points, POINTS)
+    assert [note.code for note in decoded.notes] == ["CLOUD_ROW_STEP"]
+
+
+@pytest.mark.hostile("PointCloud2: 0 points R")
+@pytest.mark.parametrize("changes", [{"width": 0, "row_step": 0, "data": b""}, {"height": 0}])
+def test_a_cloud_without_points_is_refused(changes):
+    assert reject(decode_points, cloud(xyz_table(POINTS), **changes)).code == "CLOUD_EMPTY"
+
+
+@pytest.mark.hostile("PointCloud2: 0 points R")
+def test_a_cloud_without_a_good_point_is_refused():
+    error = reject(decode_points, cloud(xyz_table(np.full((5, 3), np.nan))))
+    assert error.code == "CLOUD_EMPTY"
+    assert "5 points" in error.found
+
+
+@pytest.mark.hostile("PointCloud2: 10 million points A, downsampled")
+def test_ten_million_points_are_read():
+    table = np.ones((10_000_000, 3), "<f4")
+    msg = cloud(xyz_table(POINTS), width=len(table), row_step=table.nbytes, data=table)
+    assert decode_points(msg).points.shape == (10_000_000, 3)
+
+
+NS = STAMP_NS
+CLOCK_S = NS * 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "expected_s"),
+    [
+        # Velodyne: seconds from the stamp, forwards or backwards.
+        ("time", np.array([0, 0.025, 0.05, 0.1], "<f4"), [0, 0.025, 0.05, 0.1]),
+        ("time", np.array([-0.1, -0.05, -0.025, 0], "<f4"), [-0.1, -0.05, -0.025, 0]),
+        # Ouster: nanoseconds from the stamp.
+        ("t", np.array([0, 25_000_000, 50_000_000, 99_999_999], "<u4"), [0, 0.025, 0.05, 0.099999999]),
+        # Hesai, RoboSense: seconds of the clock. Livox: nanoseconds of the clock.
+        ("timestamp", CLOCK_S + np.array([0, 0.025, 0.05, 0.1]), [0, 0.025, 0.05, 0.1]),
+        ("timestamp", CLOCK_S - np.array([0.1, 0.05, 0.025, 0]), [-0.1, -0.05, -0.025, 0]),
+        ("timestamp", float(NS) + np.array([0, 25e6, 50e6, 1e8]), [0, 0.025, 0.05, 0.1]),
+        ("offset_time", np.array([0, 1_000, 50_000_000, 10], "<u4"), [0, 1e-6, 0.05, 1e-8]),
+        ("time_stamp", np.array([0, 25_000, 50_000, 99_999], "<u4"), [0, 0.025, 0.05, 0.099999]),
+    ],
+)
+def test_the_times_of_points_are_seconds_from_the_stamp(name, column, expected_s):
+    decoded = decode_points(cloud(xyz_table(POINTS, **{name: column})))
+    # A clock in float64 has steps of 0.24 us, float32 seconds of 0.1 s of 7 ns.
+    atol = 5e-7 if name == "timestamp" else 4e-9
+    np.testing.assert_allclose(decoded.times_s, expected_s, rtol=0, atol=atol)
+    assert decoded.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("column", "expected_s"),
+    [
+        (np.array([0.0, 0.02, 0.06, 0.1]), [0, 0.02, 0.06, 0.1]),
+        (np.array([1.5, 1.52, 1.56, 1.6]), [0, 0.02, 0.06, 0.1]),
+    ],
+)
+def test_in_the_first_seconds_of_a_simulation_both_kinds_of_times_are_told_apart(column, expected_s):
+    msg = cloud(xyz_table(POINTS, timestamp=column), header=header(1, 500_000_000, "lidar"))
+    np.testing.assert_allclose(decode_points(msg).times_s, expected_s, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        np.array([0, 1, 2, 3], "<f4"),  # 3 s: no scan takes that long
+        np.array([0, 100, 200, 900], "<u4"),  # under a millisecond, whatever the unit
+        np.array([0, np.nan, 0.1, 0.05], "<f4"),
+        np.array([0, np.inf, 0.1, 0.05], "<f4"),
+        (CLOCK_S + np.array([0, 0.05, 0.1, 100])).astype("<f4"),  # float32 has no room for a clock
+        CLOCK_S - 3600 + np.array([0, 0.025, 0.05, 0.1]),  # another clock
+    ],
+)
+def test_times_that_cannot_be_are_left_out_with_a_note(column):
+    decoded = decode_points(cloud(xyz_table(POINTS, time=column)))
+    assert decoded.times_s is None
+    assert [note.code for note in decoded.notes] == ["POINT_TIMES"]
+
+
+@pytest.mark.parametrize("column", [np.zeros(4, "<f4"), np.full(4, CLOCK_S), np.full(4, 7, "<u4")])
+def test_one_time_for_all_points_is_no_information(column):
+    decoded = decode_points(cloud(xyz_table(POINTS, timestamp=column)))
+    assert decoded.times_s is None
+    assert decoded.notes == ()

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Subscribes to what is played, in the test's own process, on a domain of its own."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from vigg_ros_testing.dds_domain import claim_domain
+
+DOMAIN_ID = claim_domain()
+"""Another one than that of the tests of the node in the same process."""
+
+PATIENCE_S = 20.0
+"""For messages that must come: long, as the machine may be busy; a test that passes does not wait for it."""
+
+
+class Listener:
+    """Keeps what arrives, by topic."""
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self.received: dict[str, list] = {}
+
+    def subscribe(self, message_class: type, topic: str, *, best_effort: bool = False, latched: bool = False) -> None:
+        quality = QoSProfile(
+            depth=1000,
+            reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        )
+        messages = self.received.setdefault(topic, [])
+        self.node.create_subscription(message_class, topic, messages.append, quality)
+
+    def stamps_ns(self, topic: str) -> list[int]:
+        stamps = [message.header.stamp for message in self.received[topic]]
+        return [stamp.sec * 10**9 + stamp.nanosec for stamp in stamps]
+
+
+@contextmanager
+def listening() -> Iterator[Listener]:
+    """A listener whose messages come in by themselves."""
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=DOMAIN_ID)
+    node = Node("listener", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+
+    def spin() -> None:
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            return
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    try:
+        yield Listener(node)
+    finally:
+        executor.shutdown()
+        thread.join()
+        node.destroy_node()
+        context.try_shutdown()
+
+
+def wait_until(is_true: Callable[[], bool]) -> bool:
+    """Whether it became true within PATIENCE_S."""
+    end_s = time.monotonic() + PATIENCE_S
+    while not is_true():
+        if time.monotonic() > end_s:
+            return False
+        time.sleep(0.01)
+    return True

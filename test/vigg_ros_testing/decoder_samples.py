@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One good message or more for each decoder: what real classes must carry and fuzzing starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from vigg_ros.sensors.decode import (
+    decode_camera_info,
+    decode_compressed_depth,
+    decode_compressed_image,
+    decode_depth,
+    decode_image,
+    decode_points,
+)
+from vigg_ros_testing.message_samples import (
+    camera_info,
+    cloud,
+    compressed,
+    header,
+    image,
+    png,
+    png_payload,
+    region,
+    rvl_payload,
+    xyz_table,
+)
+
+MILLIMETRES = np.array([[900, 1000], [0, 65_535], [2000, 4000]], "<u2")
+POINTS = np.arange(1.0, 31.0).reshape(10, 3)
+JPEG = cv2.imencode(".jpg", np.arange(192, dtype=np.uint8).reshape(8, 8, 3))[1].tobytes()
+TIMES_NS = np.arange(10, dtype=">u4") * 10**7
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A message, its decoder, and the name of its type in sensor_msgs."""
+
+    decode: Callable[[Any], Any]
+    message: Any
+    type: str
+
+
+def raw_camera(msg: Any) -> Any:
+    return decode_camera_info(msg, images="raw")
+
+
+def rectified_camera(msg: Any) -> Any:
+    return decode_camera_info(msg, images="rectified")
+
+
+SAMPLES = {
+    "bgr8": Sample(decode_image, image(np.arange(24, dtype="u1").reshape(2, 4, 3), "bgr8"), "Image"),
+    "mono16": Sample(decode_image, image(np.arange(8, dtype=">u2").reshape(2, 4) * 8191, "mono16"), "Image"),
+    "bayer": Sample(decode_image, image(np.arange(48, dtype="u1").reshape(6, 8), "bayer_grbg8"), "Image"),
+    "nv12": Sample(
+        decode_image, image(np.arange(36, dtype="u1").reshape(6, 6), "nv12", height=4, width=6), "Image"
+    ),
+    "16UC1": Sample(decode_depth, image(MILLIMETRES, "16UC1"), "Image"),
+    "32FC1": Sample(decode_depth, image(MILLIMETRES.astype(">f4"), "32FC1"), "Image"),
+    "64FC1": Sample(decode_depth, image(MILLIMETRES.astype("<f8") / 1000, "64FC1"), "Image"),
+    "png": Sample(
+        decode_compressed_image, compressed(png(np.ones((3, 4, 3), "u1")), "png"), "CompressedImage"
+    ),
+    "jpeg": Sample(decode_compressed_image, compressed(JPEG, "jpeg"), "CompressedImage"),
+    "depth png": Sample(
+        decode_compressed_depth,
+        compressed(png_payload(MILLIMETRES), "16UC1; compressedDepth png"),
+        "CompressedImage",
+    ),
+    "depth rvl": Sample(
+        decode_compressed_depth,
+        compressed(rvl_payload(MILLIMETRES, 10_100.0, -1_009.0), "32FC1; compressedDepth rvl"),
+        "CompressedImage",
+    ),
+    "distorted camera": Sample(
+        raw_camera,
+        camera_info(d=[-0.3, 0.1, 0.001, -0.002, 0.0], binning_x=2, roi=region(100, 40, 200, 150)),
+        "CameraInfo",
+    ),
+    "fisheye camera": Sample(
+        raw_camera,
+        camera_info(width=64, height=48, d=[0.1, 0.01, 0.0, 0.0], distortion_model="equidistant"),
+        "CameraInfo",
+    ),
+    "rectified camera": Sample(rectified_camera, camera_info(), "CameraInfo"),
+    "organised points": Sample(
+        decode_points, cloud(xyz_table(POINTS, ">f4", t=TIMES_NS).reshape(2, 5)), "PointCloud2"
+    ),
+    "points": Sample(
+        decode_points,
+        cloud(xyz_table(POINTS, "<f8", time=np.linspace(0, 0.1, 10)), header=header(frame_id="/lidar")),
+        "PointCloud2",
+    ),
+}

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A rendered pair, results made by hand, and looks that need no files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+from vigg_ros.bench.pair_results import PairResult
+from vigg_ros.bench.pairs import Posed, Wanted
+from vigg_ros.bench.worlds import HandheldLoop, ImageNoise, KinectNoise, render_rgbd, room
+from vigg_ros.registration import Camera, Config, Frame
+from vigg_ros.registration.errors import BagError
+from vigg_ros.registration.rigid import inverse
+from vigg_ros_testing.trajectory_samples import pose
+
+CAMERA = Camera(width_px=160, height_px=120, fx_px=131.0, fy_px=131.0, cx_px=79.5, cy_px=59.5)
+CONFIG = Config()
+
+
+@dataclass(frozen=True)
+class RoomLook:
+    """A noisy view of a rendered room at a time of a walk."""
+
+    time_s: float
+
+    @property
+    def name(self) -> str:
+        return f"{self.time_s:g}"
+
+    def load(self) -> Frame:
+        return _room_frame(self.time_s)
+
+
+@dataclass(frozen=True)
+class BrokenLook:
+    """A frame whose file cannot be read."""
+
+    name: str = "broken"
+
+    def load(self) -> Frame:
+        raise BagError("cut")
+
+
+@dataclass(frozen=True)
+class NamedLook:
+    """A frame that nobody loads."""
+
+    name: str
+    loaded: list[str] = field(default_factory=list, compare=False)
+
+    def load(self) -> Frame:
+        raise AssertionError("not to be loaded")
+
+
+@cache
+def _room_frame(time_s: float) -> Frame:
+    rng = np.random.default_rng(round(1000 * time_s))
+    image, depth_m = render_rgbd(room(seed=2), CAMERA, HandheldLoop().T_world_camera(time_s))
+    return Frame.from_depth(ImageNoise().apply(image, rng), KinectNoise().apply(depth_m, CAMERA, rng), CAMERA)
+
+
+def room_pair(target_s: float = 0.0, source_s: float = 0.4) -> Wanted:
+    """A pair of the walk with its exact motion."""
+    T_world_target, T_world_source = (HandheldLoop().T_world_camera(time_s) for time_s in (target_s, source_s))
+    T_target_source = inverse(T_world_target) @ T_world_source
+    return Wanted("room", RoomLook(target_s), RoomLook(source_s), T_target_source, 0.8)
+
+
+def result(rotation_deg=math.inf, translation_m=math.inf, *, method="m", group="g", reason=None, **more) -> PairResult:
+    """A result; without errors there is no answer."""
+    if reason is None:
+        reason = "" if math.isfinite(rotation_deg) else "LOST"
+    values = {"target": "1", "source": "0", "overlap": 0.5, "timings_ms": {"all": 10.0}, **more}
+    return PairResult(
+        method=method, group=group, reason=reason, rotation_error_deg=rotation_deg, translation_error_m=translation_m,
+        **values,
+    )  # fmt: skip
+
+
+def along_x(*places_m: float | None) -> list[Posed]:
+    """Frames at these places along x; None has no pose."""
+    return [Posed(i, NamedLook(str(i)), None if x is None else pose(x)) for i, x in enumerate(places_m)]

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The other side of the graph: publishes inputs to the node, and keeps what it answers."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import Odometry, Path
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Image, PointCloud2
+from std_srvs.srv import SetBool, Trigger
+
+from vigg_ros.node.ros_classes import class_of
+from vigg_ros.sensors.header import stamp_ns
+from vigg_ros.sensors.message_shapes import TimeMessage
+from vigg_ros_testing.registrar_process import own_domain
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TYPES: dict[str, tuple[Any, QoSProfile]] = {
+    "pose": (PoseStamped, QoSProfile(depth=100)),
+    "relative_pose": (PoseWithCovarianceStamped, QoSProfile(depth=100)),
+    "odom": (Odometry, QoSProfile(depth=100)),
+    "path": (Path, LATCHED),
+    "keyframe_points": (PointCloud2, LATCHED),
+    "status": (DiagnosticStatus, QoSProfile(depth=2000)),
+}
+PICTURE = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class Peer:
+    """A node in a thread of its own, on the domain of this test process."""
+
+    def __init__(self, target: str = "/registrar") -> None:
+        self._target = target
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, domain_id=own_domain())
+        self.node = Node("peer", context=self._context)
+        self.heard: dict[str, list[Any]] = {name: [] for name in (*TYPES, "diagnostics", "matches", "tf")}
+        self._clients: dict[str, Any] = {}
+        self._publishers: dict[tuple[str, str, bool], Any] = {}
+        for name, (kind, qos) in TYPES.items():
+            self._listen(name, kind, f"{target}/{name}", qos)
+        self._listen("tf", TransformStamped, "/fake_tf", QoSProfile(depth=100))
+        self._listen("diagnostics", DiagnosticArray, "/diagnostics", QoSProfile(depth=10))
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def watch_matches(self) -> None:
+        """Subscribe to the pictures too."""
+        self._listen("matches", Image, f"{self._target}/matches", PICTURE)
+
+    def clear(self) -> None:
+        """Forget what was heard."""
+        for messages in self.heard.values():
+            messages.clear()
+
+    def statuses(self, *states: str) -> list[dict[str, str]]:
+        """The values of the statuses heard so far, of these states if any are given."""
+        found = [values_of(status) | {"text": status.message} for status in list(self.heard["status"])]
+        return [one for one in found if not states or one["state"] in states]
+
+    def answers(self) -> list[dict[str, str]]:
+        """The statuses of frames; WAITING is of none."""
+        return [one for one in self.statuses() if one["state"] != "WAITING"]
+
+    def connect(self, topic: str, type_name: str, *, reliable: bool = True) -> Any:
+        """A publisher of the topic, once the node listens to it with the reliability that it should have."""
+        key = (topic, type_name, reliable)
+        if key not in self._publishers:
+            self._publishers[key] = self.offer(topic, type_name, reliable=reliable)
+        self.wait(lambda: self._is_followed(topic, type_name, reliable), f"a subscription of {topic}")
+        return self._publishers[key]
+
+    def offer(self, topic: str, type_name: str, *, reliable: bool = True) -> Any:
+        """A publisher, whether or not anybody listens."""
+        reliability = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+        return self.node.create_publisher(
+            class_of(type_name), topic, QoSProfile(depth=50, reliability=reliability)
+        )
+
+    def withdraw(self) -> None:
+        """Destroy all publishers, as a driver that ends."""
+        for publisher in self._publishers.values():
+            self.node.destroy_publisher(publisher)
+        self._publishers.clear()
+
+    def call(self, name: str, *, data: bool | None = None) -> tuple[Any, float]:
+        """Call a service of the node: its response, and the seconds it took."""
+        kind = Trigger if data is None else SetBool
+        self._client(kind, name)
+        begun_s = time.monotonic()
+        response = self.request(kind, name, kind.Request() if data is None else kind.Request(data=data))
+        return response, time.monotonic() - begun_s
+
+    def request(self, kind: Any, name: str, request: Any, timeout_s: float = 20.0) -> Any:
+        """The response of a service of the node."""
+        done = threading.Event()
+        future = self._client(kind, name).call_async(request)
+        future.add_done_callback(lambda _: done.set())
+        assert done.wait(timeout_s), f"{name} did not answer"
+        return future.result()
+
+    def _client(self, kind: Any, name: str) -> Any:
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, f"{self._target}/{name}")
+        assert self._clients[name].wait_for_service(20.0), f"no service {name}"
+        return self._clients[name]
+
+    def wait(self, condition: Callable[[], Any], what: str, timeout_s: float = 30.0) -> Any:
+        """Until the condition is true. Raises AssertionError."""
+        end_s = time.monotonic() + timeout_s
+        while not (found := condition()):
+            assert time.monotonic() < end_s, f"waited {timeout_s} s in vain for {what}; heard {self.statuses()[-3:]}"
+            time.sleep(0.005)
+        return found
+
+    def wait_briefly(self, condition: Callable[[], Any], timeout_s: float = 0.5) -> bool:
+        """Until the condition is true, or for a while."""
+        end_s = time.monotonic() + timeout_s
+        while not condition() and time.monotonic() < end_s:
+            time.sleep(0.005)
+        return bool(condition())
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown(5.0)
+        self._thread.join(5.0)
+        self.node.destroy_node()  # and its publishers, which a failed test may have left
+        self._context.try_shutdown()
+
+    def _is_followed(self, topic: str, type_name: str, reliable: bool) -> bool:
+        found = self.node.get_subscriptions_info_by_topic(topic)
+        wanted = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+        ready = [one for one in found if one.topic_type == type_name and one.qos_profile.reliability == wanted]
+        publisher = self._publishers[(topic, type_name, reliable)]
+        return len(ready) == 1 and len(found) == 1 and publisher.get_subscription_count() == 1
+
+    def _listen(self, name: str, kind: Any, topic: str, qos: QoSProfile) -> None:
+        self.node.create_subscription(kind, topic, self.heard[name].append, qos)
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            return
+
+
+def values_of(status: DiagnosticStatus) -> dict[str, str]:
+    """The key-value pairs of a status."""
+    return {pair.key: pair.value for pair in status.values}
+
+
+def stamp_of(message: Any) -> int:
+    """The stamp of a message with a header, in nanoseconds."""
+    stamp: TimeMessage = message.header.stamp
+    return stamp_ns(stamp)

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A few frames of a bag as raw messages, bags made of them, and replays of those bags that can be looked into."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pytest
+from rosbags import rosbag2
+from rosbags.typesys import Stores, get_typestore
+
+from vigg_ros.cli import replay
+from vigg_ros.cli.main import main
+from vigg_ros.registration.config import Config
+from vigg_ros.report.recording import FrameRecord
+from vigg_ros.tracking.registrar import Attempt, Estimate
+
+ROOM = Path(__file__).parents[2] / "bags" / "room_rgbd"
+STORE = get_typestore(Stores.ROS2_JAZZY)
+SECOND_NS = 1_000_000_000
+
+CHEAP = {"visual.detector": "orb", "geometric.voxel_size_m": 0.06, "geometric.sample_k": 800}
+"""Coarse and quick: what is tested here is what happens to messages, not how precise poses are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One message as its bytes were recorded."""
+
+    topic: str
+    type: str
+    log_ns: int
+    data: bytes
+
+
+def short_entries(bag: Path, *, frames: int, every: int) -> list[Entry]:
+    """Of each topic every so manyth message, so many of them, as recorded."""
+    found, seen = [], Counter[str]()
+    with rosbag2.Reader(bag) as reader:
+        for connection, log_ns, data in reader.messages():
+            number = seen[connection.topic]
+            seen[connection.topic] += 1
+            if number % every == 0 and number // every < frames:
+                found.append(Entry(connection.topic, connection.msgtype, log_ns, bytes(data)))
+    return found
+
+
+def write_entries(path: Path, entries: Iterable[Entry], storage: str = "mcap") -> Path:
+    """A rosbag2 folder of raw messages, in this order."""
+    connections = {}
+    with rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin[storage.upper()]) as writer:
+        for one in entries:
+            key = one.topic, one.type
+            if key not in connections:
+                connections[key] = writer.add_connection(*key, typestore=STORE)
+            writer.write(connections[key], one.log_ns, one.data)
+    return path
+
+
+def looped(entries: Sequence[Entry], times: int) -> list[Entry]:
+    """The same messages played several times, one after the other: log times go on, stamps do not."""
+    length_ns = entries[-1].log_ns - entries[0].log_ns + SECOND_NS
+    return [replace(one, log_ns=one.log_ns + loop * length_ns) for loop in range(times) for one in entries]
+
+
+@dataclass(slots=True)
+class Watched:
+    """A replay that has ended."""
+
+    exit_code: int = -1
+    output: Path = Path()
+    records: list[FrameRecord] = field(default_factory=list)
+    steps: list[tuple[Estimate, Attempt]] = field(default_factory=list)
+    """What each step of the Registrar compared, and its answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Gallery:
+    """Keeps all steps, where the real one keeps a few pictures."""
+
+    config: Config
+    watched: Watched
+
+    def offer(self, estimate: Estimate, attempt: Attempt) -> None:
+        self.watched.steps.append((estimate, attempt))
+
+
+def watch_replay(bag: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> Watched:
+    """`vigg replay` as a user calls it, with CHEAP options and without its report."""
+    watched = Watched(output=output)
+    write_frames = replay.write_frames
+
+    def keep(records: Sequence[FrameRecord], path: Path) -> None:
+        watched.records.extend(records)
+        write_frames(records, path)
+
+    options = [word for name, value in CHEAP.items() for word in ("--set", f"{name}={value}")]
+    with monkeypatch.context() as patch:
+        patch.setattr(replay, "Gallery", lambda config: _Gallery(config, watched))
+        patch.setattr(replay, "write_report", lambda *_: None)
+        patch.setattr(replay, "write_frames", keep)
+        watched.exit_code = main(["replay", str(bag), "--output", str(output), *options])
+    return watched

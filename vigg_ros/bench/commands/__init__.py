@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The subcommands of ``vigg`` that measure or convert."""

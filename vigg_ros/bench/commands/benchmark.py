@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``vigg benchmark``: time per stage of a recording, beside what SIFT alone takes on the same images."""
+
+from __future__ import annotations
+
+import cProfile
+import resource
+import sys
+import time
+from argparse import ArgumentParser, Namespace
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext, suppress
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicChoice, choose_topics
+from vigg_ros.bench.growth import REPEATS, SIZES, measure
+from vigg_ros.bench.growth_plot import draw_growth
+from vigg_ros.cli.config_arguments import add_config_arguments, choose_config
+from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
+from vigg_ros.cli.replay import (
+    add_extrinsics_argument,
+    add_topic_arguments,
+    find_extrinsics,
+    requested_topics,
+)
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.frame import Frame
+from vigg_ros.report.source import BagSource, RefusedMessage, message_roles
+from vigg_ros.sensors.input_decoder import InputDecoder
+from vigg_ros.sensors.observation import StampedPose
+from vigg_ros.tracking.assembly import Assembled, FrameAssembler, SyncedFrame
+from vigg_ros.tracking.extrinsics import Lookup
+from vigg_ros.tracking.registrar import Registrar
+
+WARM_UP = 3
+"""Frames not counted: they compile, load and fill caches."""
+
+HOTTEST = 15
+"""Functions that a profile names."""
+
+MESSAGES = 20
+"""Messages of each topic that are decoded."""
+
+Times = dict[str, list[float]]
+"""Milliseconds by name."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of ``vigg benchmark``."""
+    parser.add_argument("bag", nargs="?", help="a recording of at least a few frames")
+    parser.add_argument("--frames", type=positive_int, default=60, help="measured at most (default: %(default)s)")
+    parser.add_argument("--profile", action="store_true", help="name the functions that take the most time themselves")
+    parser.add_argument("--growth", action="store_true", help="instead of a bag: time and memory over the input's size")
+    parser.add_argument("--plot", metavar="FILE", help="with --growth: a new picture")
+    add_config_arguments(parser, default=None)
+    add_extrinsics_argument(parser)
+    add_topic_arguments(parser)
+
+
+def run(arguments: Namespace) -> ExitCode:
+    """Measure and print tables of medians and p95."""
+    if arguments.growth:
+        return run_growth(arguments.plot)
+    if not arguments.bag:
+        raise UsageError("nothing to measure: name a BAG, or give --growth")
+    with BagReader(Path(arguments.bag)) as reader:
+        choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
+        chosen = choose_config(arguments, reader, choice)
+        config = chosen.config
+        extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
+        decoding = time_decoding(reader, choice, config)
+        frames = list(islice(read_frames(reader, choice, config, extrinsics), arguments.frames + WARM_UP))
+    if len(frames) <= WARM_UP:
+        raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP}")
+    profile = cProfile.Profile() if arguments.profile else None
+    stages, sift_ms = time_frames(frames, config, profile)
+    machine = describe_machine()
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    for note in chosen.notes:
+        print(f"note: {note}", file=sys.stderr)
+    print(f"{len(frames) - WARM_UP} frames; configuration {chosen.source}")
+    print(f"{machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
+    print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
+    if profile is not None:
+        print()
+        print(table([("function", "calls per frame", "own ms per frame"), *_hottest(profile, len(frames) - WARM_UP)]))
+    print()
+    print(table([("decoding", "median ms", "p95 ms"), *(row[:3] for row in _rows(decoding, 1.0))]))
+    return ExitCode.OK
+
+
+def read_frames(reader: BagReader, choice: TopicChoice, config: Config, extrinsics: Lookup | None) -> Iterator[Frame]:
+    """The frames that a replay would register."""
+    assembler = FrameAssembler(config.pairing, extrinsics)
+    for item in BagSource(reader, choice, config.input):
+        if not isinstance(item, (RefusedMessage, StampedPose)):
+            yield from _made(assembler.add(item))
+    yield from _made(assembler.flush())
+
+
+def _made(assembled: list[Assembled]) -> Iterator[Frame]:
+    return (one.frame for one in assembled if isinstance(one, SyncedFrame))
+
+
+def run_growth(plot: str | None) -> ExitCode:
+    """Print the table of time and memory over the size of the input, and draw it."""
+    if plot is not None and Path(plot).exists():
+        raise UsageError(f"{plot} exists; give a new file")
+    with Progress("sizes", sum(map(len, SIZES.values()))) as progress:
+        rows = []
+        for row in measure():
+            rows.append(row)
+            progress.step()
+    machine = describe_machine()
+    print(f"{machine['cores']} cores of {machine['processor']}; the least of {REPEATS} runs, each in a new process")
+    lines = ((row.what, str(row.size), f"{row.milliseconds:.1f}", f"{row.peak_mb:.0f}") for row in rows)
+    print(table([("input", "size", "ms", "peak MB"), *lines]))
+    if plot is not None:
+        try:
+            draw_growth(rows, Path(plot))
+        except OSError as error:
+            raise UsageError(f"{plot} cannot be written: {error}; give another file") from error
+    return ExitCode.OK
+
+
+def time_frames(
+    frames: list[Frame], config: Config, profile: cProfile.Profile | None = None
+) -> tuple[Times, list[float]]:
+    """Stages of each step after the warm-up, and SIFT alone on the same image in the same moment."""
+    registrar = Registrar(config)
+    stages: Times = defaultdict(list)
+    sift_ms = []
+    with Progress("frames", len(frames)) as progress:
+        for number, frame in enumerate(frames):
+            grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
+            alone_ms = _milliseconds(partial(cv2.SIFT_create().detectAndCompute, grey, None))
+            start = time.perf_counter()
+            with profile if profile is not None and number >= WARM_UP else nullcontext():
+                estimate = registrar.step(frame)
+            total_ms = 1e3 * (time.perf_counter() - start)
+            progress.step()
+            if number >= WARM_UP:
+                sift_ms.append(alone_ms)
+                for stage, ms in (*estimate.timings_ms.items(), ("whole step", total_ms), ("SIFT alone", alone_ms)):
+                    stages[stage].append(ms)
+    return stages, sift_ms
+
+
+def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Times:
+    """Message to observation, for each topic; messages that are refused are left out, as in a replay."""
+    decoder = InputDecoder(config.input, choice.image.name)
+    times: Times = defaultdict(list)
+    for topic, role in message_roles(choice).items():
+        for item in islice(reader.messages([topic], order="log"), MESSAGES):
+            with suppress(DataError):
+                times[f"{topic} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
+    return times
+
+
+def _milliseconds(work: Callable[[], Any]) -> float:
+    start = time.perf_counter()
+    work()
+    return 1e3 * (time.perf_counter() - start)
+
+
+def _hottest(profile: cProfile.Profile, frames: int) -> list[tuple[str, str, str]]:
+    """The functions with the most time of their own: name and place, calls and milliseconds per frame."""
+    rows = []
+    for entry in sorted(profile.getstats(), key=lambda entry: -entry.inlinetime)[:HOTTEST]:
+        code = entry.code
+        # Whole kernels show as their wrappers here; what is inside was compiled.
+        place = "" if isinstance(code, str) else f" ({Path(code.co_filename).name}:{code.co_firstlineno})"
+        name = f"{code if isinstance(code, str) else code.co_name}{place}"
+        rows.append((name, f"{entry.callcount / frames:.1f}", f"{1e3 * entry.inlinetime / frames:.2f}"))
+    return rows
+
+
+def _rows(times: Times, unit_ms: float) -> list[tuple[str, str, str, str]]:
+    rows = []
+    for name, values in times.items():
+        median = float(np.median(values))
+        rows.append((name, f"{median:.2f}", f"{np.percentile(values, 95):.2f}", f"{median / unit_ms:.2f}"))
+    return rows

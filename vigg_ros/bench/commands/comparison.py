@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Methods compared on pairs: the options that ``vigg evaluate pairs`` and ``rendered`` share, and their output."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from vigg_ros.bench.catalogue import SETS, expand
+from vigg_ros.bench.methods import require
+from vigg_ros.bench.pair_results import FILE, Limits, PairResult, ResultFile, write_csv
+from vigg_ros.bench.pair_summary import Summary, figure, reasons, summarise_all
+from vigg_ros.bench.runner import Plan, count_open, run_plan
+from vigg_ros.cli.config_arguments import add_config_arguments
+from vigg_ros.cli.console import Progress, UsageError, describe_machine, positive_int, table
+
+MAX_WRONG = 20
+"""Wrong answers listed on the screen; the .csv has all."""
+
+MAX_CURVES = 12
+"""Methods in one picture; more cannot be told apart."""
+
+
+def add_comparison_arguments(parser: ArgumentParser, *, presets: bool = True) -> None:
+    """--methods, --jobs, --output and --set; --config where the preset is to be chosen."""
+    parser.add_argument(
+        "--methods",
+        nargs="+",
+        default=["default"],
+        metavar="NAME",
+        help=f"what to compare (default: the configuration as given); sets: {', '.join(SETS)}; all: "
+        "`vigg evaluate methods`",
+    )
+    parser.add_argument(
+        "--jobs", type=positive_int, default=1, help="processes, of one core each (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--output",
+        metavar="FOLDER",
+        help="tables (.csv, .json) and curves (.png) go there; the same command goes on where it was stopped",
+    )
+    add_config_arguments(parser, choose=presets)
+
+
+def method_names(arguments: Namespace, *, outdoor: bool) -> list[str]:
+    """The methods asked for, checked. Raises ConfigError."""
+    methods = expand(arguments.methods, outdoor=outdoor)
+    require(methods)
+    return [method.name for method in methods]
+
+
+def compare(plans: Sequence[tuple[Plan, Limits]], arguments: Namespace) -> list[list[PairResult]]:
+    """Run the plans, with progress and time left; in the output folder what is there already is not run again."""
+    with TemporaryDirectory() as scratch, ResultFile((output_folder(arguments) or Path(scratch)) / FILE) as file:
+        open_results = sum(count_open(plan, file) for plan, _ in plans)
+        with Progress("results", open_results) as progress:
+            return [run_plan(plan, file, jobs=arguments.jobs, step=progress.step) for plan, _ in plans]
+
+
+def output_folder(arguments: Namespace) -> Path | None:
+    """The folder of --output, made if need be. Raises UsageError."""
+    if arguments.output is None:
+        return None
+    folder = Path(arguments.output)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"--output {folder} cannot be made: {error}") from error
+    return folder
+
+
+def report(results: Sequence[PairResult], limits: Limits, name: str, folder: Path | None) -> list[Summary]:
+    """Print the table of results, and write it with its curves into the folder."""
+    summaries = summarise_all(results, limits)
+    print(f"{name}: recall at {limits.recall_deg:g} deg and {100 * limits.recall_m:g} cm; medians count failures")
+    rows = [summary.cells() for summary in summaries]
+    print(table([list(rows[0]), *(list(row.values()) for row in rows)]))
+    if folder is not None:
+        _write(results, limits, summaries, folder, name)
+    return summaries
+
+
+def print_details(results: Sequence[PairResult], limits: Limits) -> None:
+    """What the table leaves out: why there is no answer, which answers are wrong, where the time goes."""
+    for method, counted in reasons(results).items():
+        print(f"without an answer, {method}: " + ", ".join(f"{why} {n}" for why, n in counted.most_common()))
+    _print_wrong(results, limits)
+    _print_stages(results, limits)
+
+
+def print_machine(jobs: int) -> None:
+    """Where the times come from."""
+    machine = describe_machine()
+    print(f"ms is a whole pair, features of both frames included, on one core of {machine['processor']}", end="")
+    print(f", {jobs} at a time" if jobs > 1 else "")
+
+
+def _print_wrong(results: Sequence[PairResult], limits: Limits) -> None:
+    """The wrong answers of the first method, the worst first."""
+    wrong = [result for result in results if result.method == results[0].method and result.is_wrong(limits)]
+    wrong.sort(key=lambda result: -result.translation_error_m)
+    for result in wrong[:MAX_WRONG]:
+        print(
+            f"wrong, {result.method}: {result.group}, target {result.target}, source {result.source}: "
+            f"{figure(result.rotation_error_deg)} deg, {figure(result.translation_error_m)} m"
+        )
+    if len(wrong) > MAX_WRONG:
+        print(f"and {len(wrong) - MAX_WRONG} more")
+
+
+def _print_stages(results: Sequence[PairResult], limits: Limits) -> None:
+    """Where the time goes, of each method over all groups."""
+    methods = dict.fromkeys(result.method for result in results)
+    print("stages, median ms:")
+    for method in methods:
+        rows = [result for result in results if result.method == method]
+        stages = summarise_all(_as_one_group(rows), limits)[0].stages_ms
+        print(f"  {method}: " + ", ".join(f"{stage} {ms:.0f}" for stage, ms in stages.items()))
+
+
+def _as_one_group(results: Sequence[PairResult]) -> list[PairResult]:
+    return [replace(result, group="all") for result in results]
+
+
+def _write(
+    results: Sequence[PairResult], limits: Limits, summaries: Sequence[Summary], folder: Path, name: str
+) -> None:
+    from vigg_ros.bench.curves import draw_curves
+
+    write_csv(results, folder / f"{name}.csv")
+    content: dict[str, Any] = {
+        "command": shlex.join(["vigg", *sys.argv[1:]]),
+        **describe_machine(),
+        "limits": asdict(limits),
+        "summaries": [summary.as_dict() for summary in summaries],
+    }
+    path = folder / f"{name}.json"
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    drawn = list(dict.fromkeys(result.method for result in results))[:MAX_CURVES]
+    draw_curves([result for result in results if result.method in drawn], limits, folder / f"{name}.png")

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``vigg evaluate pairs``: methods on pairs of frames of a recording, by the protocols of the paper."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from dataclasses import replace
+from pathlib import Path
+
+from vigg_ros.bench.commands.bag_frames import posed_frames_of_bag
+from vigg_ros.bench.commands.comparison import (
+    add_comparison_arguments,
+    compare,
+    method_names,
+    output_folder,
+    print_details,
+    print_machine,
+    report,
+)
+from vigg_ros.bench.datasets.convert import LAYOUTS, open_dataset
+from vigg_ros.bench.pair_results import INDOOR, OUTDOOR
+from vigg_ros.bench.pairs import PROTOCOLS, Posed, Protocol, Wanted, choose, pairs_listed, posed_frames
+from vigg_ros.bench.runner import Plan
+from vigg_ros.cli.config_arguments import load_config
+from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, positive_int
+from vigg_ros.cli.replay import add_extrinsics_argument, add_topic_arguments
+from vigg_ros.registration import Config
+from vigg_ros.registration.geometry import ProjectedScan
+
+BAG = "bag"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of ``vigg evaluate pairs``."""
+    parser.add_argument("layout", choices=[*LAYOUTS, BAG], help="how the folder is arranged")
+    parser.add_argument("folder", help="the data set, or the bag")
+    parser.add_argument("--protocol", choices=list(PROTOCOLS), help="the paper's choice of pairs for a data set")
+    parser.add_argument("--gaps", type=positive_int, nargs="+", help="in frames (default: 20 60 120)")
+    parser.add_argument("--every", type=positive_int, help="only every so manyth source (default: 10; 1 of listed)")
+    parser.add_argument("--apart", type=positive_float, metavar="METRES", help="pairs so far apart instead of gaps")
+    parser.add_argument("--truth-pairs", metavar="FILE", help="pairs with refined poses: target source and 16 numbers")
+    parser.add_argument("--refine-truth", action="store_true", help="refine the poses by GICP, as is usual for KITTI")
+    parser.add_argument("--ground-truth", metavar="FILE", help="of a bag: poses in TUM format, instead of a topic")
+    parser.add_argument("--within-view", action="store_true", help="only the points that the camera sees")
+    add_comparison_arguments(parser)
+    add_topic_arguments(parser)
+    add_extrinsics_argument(parser, "of a bag, instead of /tf_static")
+    add_examples(
+        parser,
+        "vigg evaluate pairs 7scenes redkitchen --gaps 20 60",
+        "vigg evaluate pairs bag bags/street_lidar --config lidar --gaps 2 4 --every 4",
+    )
+
+
+def run(arguments: Namespace) -> ExitCode:
+    """Register all pairs with all methods; one table."""
+    config = load_config(arguments)
+    protocol = _protocol(arguments)
+    frames, outdoor = _frames(arguments, config, protocol)
+    pairs = _pairs(arguments, frames, protocol)
+    methods = method_names(arguments, outdoor=outdoor)
+    plan = Plan(
+        str(Path(arguments.folder).resolve()),
+        pairs,
+        methods,
+        config,
+        within_view=arguments.within_view,
+        refine_truth=protocol.refine_truth,
+    )
+    limits = OUTDOOR if outdoor else INDOOR
+    results = compare([(plan, limits)], arguments)[0]
+    report(results, limits, "pairs", output_folder(arguments))
+    print_details(results, limits)
+    print_machine(arguments.jobs)
+    return ExitCode.OK
+
+
+def _protocol(arguments: Namespace) -> Protocol:
+    """The one named, with what the command line says otherwise."""
+    protocol = PROTOCOLS[arguments.protocol] if arguments.protocol else Protocol()
+    if arguments.gaps:
+        protocol = replace(protocol, gaps=tuple(arguments.gaps), apart_m=0.0)
+    if arguments.every:
+        protocol = replace(protocol, every=arguments.every)
+    if arguments.apart:
+        protocol = replace(protocol, apart_m=arguments.apart)
+    if arguments.truth_pairs:  # refined already
+        return replace(protocol, refine_truth=False, apart_m=0.0)
+    return replace(protocol, refine_truth=True) if arguments.refine_truth else protocol
+
+
+def _frames(arguments: Namespace, config: Config, protocol: Protocol) -> tuple[list[Posed], bool]:
+    """The frames, and whether they are scans."""
+    if arguments.layout != BAG:
+        dataset = open_dataset(arguments.layout, arguments.folder)
+        return posed_frames(dataset), bool(dataset.scans)
+    if protocol.apart_m > 0:
+        raise UsageError("pairs of a bag are chosen by --gaps in frames; --apart is for data set folders")
+    offsets = (0, *protocol.gaps)
+    frames = posed_frames_of_bag(
+        arguments, config, lambda number: any((number - offset) % protocol.every == 0 for offset in offsets)
+    )
+    return frames, any(isinstance(frame.look.load().geometry, ProjectedScan) for frame in frames[:1])
+
+
+def _pairs(arguments: Namespace, frames: list[Posed], protocol: Protocol) -> list[Wanted]:
+    if arguments.truth_pairs:
+        pairs = list(pairs_listed(frames, Path(arguments.truth_pairs), protocol.gaps, arguments.every or 1))
+    else:
+        pairs = list(choose(frames, protocol))
+    if not pairs:
+        asked = f"{protocol.apart_m:g} m apart" if protocol.apart_m else f"at the gaps {list(protocol.gaps)}"
+        raise UsageError(f"{arguments.folder} has no pairs of frames with poses {asked}")
+    return pairs

@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Data set folders: read, and turned into bags."""

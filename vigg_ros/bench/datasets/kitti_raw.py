@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A drive of KITTI's raw data (synced and rectified): camera 2 and the Velodyne, each with its own stamps.
+
+``image_02`` and ``velodyne_points`` with ``data/`` and ``timestamps.txt``, ``oxts``, and in this folder or
+the one above ``calib_cam_to_cam.txt``, ``calib_velo_to_cam.txt``, ``calib_imu_to_velo.txt``. Format and the
+conversion of GPS to metres: the readme and the development kit of the raw data.
+"""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime, timezone
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from vigg_ros.bags.trajectories import NS_PER_S, DatasetPose, read_numbers, rigid, rows
+from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
+from vigg_ros.bench.datasets.intrinsics import make_camera
+from vigg_ros.bench.datasets.kitti import SLOP_NS, camera_offset, numbered_files, read_calibration, take
+from vigg_ros.registration.errors import BagError
+from vigg_ros.registration.rigid import inverse
+
+_EARTH_RADIUS_M = 6_378_137.0
+
+
+def open_kitti_raw(folder: Path) -> Dataset:
+    """The drive in this folder. Raises BagError when a part is missing or the images are not rectified."""
+    images, scans = _stamped(folder / "image_02", ".png"), _stamped(folder / "velodyne_points", ".bin")
+    cameras = read_calibration(_find(folder, "calib_cam_to_cam.txt"))
+    P = take(cameras, "P_rect_02", 12, folder).reshape(3, 4)
+    size = image_size(images[0].path)
+    if size != tuple(take(cameras, "S_rect_02", 2, folder).astype(int)):
+        raise BagError(f"{folder}: images of {size[0]}x{size[1]} are not the rectified ones; get the _sync drive")
+    R_rect = np.eye(4)
+    R_rect[:3, :3] = take(cameras, "R_rect_00", 9, folder).reshape(3, 3)
+    T_camera0_lidar = _rotation_translation(folder, "calib_velo_to_cam.txt")
+    poses, note = _read_poses(folder)
+    return Dataset(
+        name=folder.name,
+        camera=make_camera(size, (P[0, 0], P[1, 1], P[0, 2], P[1, 2])),
+        images=images,
+        scans=scans,
+        poses=poses,
+        T_lidar_camera=inverse(_rigid(camera_offset(P) @ R_rect @ T_camera0_lidar, folder)),
+        slop_ns=SLOP_NS,
+        notes=(note,) if note else (),
+    )
+
+
+def _stamped(folder: Path, suffix: str) -> tuple[DatasetFile, ...]:
+    """The files of a sensor; some drives lack a few scans, so files and rows are matched by number."""
+    files = numbered_files(folder / "data", suffix)
+    stamps = _read_timestamps(folder / "timestamps.txt")
+    if max(files) >= len(stamps):
+        raise BagError(f"{folder} has files up to number {max(files)}, but {len(stamps)} timestamps")
+    return tuple(DatasetFile(number, stamps[number], path) for number, path in files.items())
+
+
+def _read_timestamps(path: Path) -> list[int]:
+    """Rows ``2011-09-26 13:02:25.964389445``, taken as UTC, in exact ns."""
+    try:
+        return [_parse_timestamp_ns(" ".join(words)) for _, words in rows(path)]
+    except ValueError as error:
+        raise BagError(f"{path}: {error}") from error
+
+
+def _parse_timestamp_ns(text: str) -> int:
+    whole, _, fraction = text.partition(".")
+    moment = datetime.strptime(whole, "%Y-%m-%d %H:%M:%S").replace(tzinfo=timezone.utc)
+    return int(moment.timestamp()) * NS_PER_S + int(fraction.ljust(9, "0")[:9])
+
+
+def _find(folder: Path, name: str) -> Path:
+    for path in (folder / name, folder.parent / name):
+        if path.is_file():
+            return path
+    raise BagError(f"{name} is neither in {folder} nor in {folder.parent}; unpack the drive's calibration")
+
+
+def _rotation_translation(folder: Path, name: str) -> NDArray[np.float64]:
+    path = _find(folder, name)
+    calibration = read_calibration(path)
+    T = np.eye(4)
+    T[:3, :3] = take(calibration, "R", 9, path).reshape(3, 3)
+    T[:3, 3] = take(calibration, "T", 3, path)
+    return _rigid(T, path)
+
+
+def _rigid(matrix: NDArray[np.float64], where: Path) -> NDArray[np.float64]:
+    T = rigid(matrix)
+    if T is None:
+        raise BagError(f"{where}: the calibration holds a rotation that is none")
+    return T
+
+
+def _read_poses(folder: Path) -> tuple[tuple[DatasetPose, ...], str]:
+    """The Velodyne's poses in its first frame by GPS and IMU, and a note if there are none."""
+    try:
+        T_lidar_imu = _rotation_translation(folder, "calib_imu_to_velo.txt")
+        packets = _stamped(folder / "oxts", ".txt")
+    except BagError as error:
+        return (), f"no ground truth: {error}"
+    T_earth_imu = _imu_poses([read_numbers(packet.path) for packet in packets], folder)
+    T_first_earth = T_lidar_imu @ inverse(T_earth_imu[0])
+    poses = (T_first_earth @ T @ inverse(T_lidar_imu) for T in T_earth_imu)
+    return tuple(DatasetPose(file.stamp_ns, T) for file, T in zip(packets, poses, strict=True)), ""
+
+
+def _has_position(packet: NDArray[np.float64]) -> bool:
+    return packet.size >= 6 and bool(np.isfinite(packet[:6]).all()) and abs(packet[0]) < 90
+
+
+def _imu_poses(packets: list[NDArray[np.float64]], where: Path) -> list[NDArray[np.float64]]:
+    """East-north-up poses (4, 4) of packets ``lat lon alt roll pitch yaw ..`` by the kit's Mercator scale."""
+    if not all(map(_has_position, packets)):
+        raise BagError(f"{where}: an oxts packet has no position; expected lat lon alt roll pitch yaw ..")
+    scale = math.cos(math.radians(packets[0][0]))
+    poses = []
+    for latitude_deg, longitude_deg, altitude_m, roll, pitch, yaw in (packet[:6] for packet in packets):
+        T = np.eye(4)
+        T[:3, :3] = Rotation.from_euler("ZYX", (yaw, pitch, roll)).as_matrix()
+        T[0, 3] = scale * _EARTH_RADIUS_M * math.radians(longitude_deg)
+        north = math.log(math.tan(math.pi / 4 + math.radians(latitude_deg) / 2))
+        T[1:3, 3] = scale * _EARTH_RADIUS_M * north, altitude_m
+        poses.append(T)
+    return poses

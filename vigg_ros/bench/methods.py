@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a method is, to be compared with others on the same pairs; and all of them by name."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import importlib.util
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import vigg_ros
+from vigg_ros.bench.frame_cache import Workshop
+from vigg_ros.bench.pairs import Wanted
+from vigg_ros.registration import Config
+from vigg_ros.registration.errors import ConfigError
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One pair for one method."""
+
+    wanted: Wanted
+    """The true motion in it is for the floor and for ablations that say so."""
+    workshop: Workshop
+    config: Config
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A motion, or the reason why there is none."""
+
+    T_target_source: NDArray[np.float64] | None
+    reason: str
+    timings_ms: Mapping[str, float]
+    """By stage, the preparation of both frames included."""
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A way to register two frames."""
+
+    name: str
+    what: str
+    """One line for the list."""
+    answer: Callable[[Task], Answer]
+    library: str = ""
+    """The module it needs beyond those of the package."""
+    sources: tuple[str, ...] = ("registration", "evaluation/ablations.py")
+    """The files of the package it is made of, and folders of them."""
+
+    def fingerprint(self, config: Config) -> str:
+        """Changes when the answers may: with the code, the configuration, or the library's version."""
+        text = f"{self.name} {config.to_yaml()} {_code(self.sources)} {_version(self.library)}"
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def require(methods: Sequence[Method]) -> None:
+    """Raise ConfigError when a library is missing that one of them needs."""
+    missing = [method for method in methods if method.library and not _is_installed(method.library)]
+    if missing:
+        names = ", ".join(f"{method.name} (needs {method.library})" for method in missing)
+        raise ConfigError(
+            f"libraries are missing for {names}; install them with: pip install 'vigg_ros[evaluation]', "
+            "or leave these methods out of --methods"
+        )
+
+
+def unknown_method(name: str, known: Sequence[str]) -> ConfigError:
+    """The error for a method that does not exist."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    hint = f"did you mean {close[0]}?" if close else "see `vigg evaluate methods`"
+    return ConfigError(f"unknown method {name!r}; {hint}")
+
+
+def _is_installed(library: str) -> bool:
+    return importlib.util.find_spec(library) is not None
+
+
+def _version(library: str) -> str:
+    if not library:
+        return ""
+    try:
+        return metadata.version(library)
+    except metadata.PackageNotFoundError:
+        return "?"
+
+
+@cache
+def _code(sources: tuple[str, ...]) -> str:
+    """A digest of the files of the package with these names, and of all in the folders among them."""
+    root = Path(vigg_ros.__file__).parent
+    files = [root / name for name in sources if name.endswith(".py")]
+    files += [path for name in sources if not name.endswith(".py") for path in (root / name).rglob("*.py")]
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

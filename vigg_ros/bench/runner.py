@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs methods on pairs, in processes of one core each, and skips what is measured already."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import cv2
+
+from vigg_ros.bench.catalogue import find_method
+from vigg_ros.bench.clouds import refine_truth
+from vigg_ros.bench.frame_cache import Workshop
+from vigg_ros.bench.methods import Answer, Task
+from vigg_ros.bench.pair_results import PairResult, ResultFile
+from vigg_ros.bench.pairs import Wanted
+from vigg_ros.registration import Config
+from vigg_ros.registration.errors import BagError, DataError, ViggError
+from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
+
+CHUNK = 3
+"""Neighbouring pairs given to a process at once: they share frames, whose features it keeps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What to run."""
+
+    subject: str
+    """What the pairs are taken from; results of another subject are left alone."""
+    pairs: Sequence[Wanted]
+    methods: Sequence[str]
+    """By name, see ``catalogue.find_method``."""
+    config: Config
+    within_view: bool = False
+    refine_truth: bool = False
+
+    def keys(self) -> dict[tuple[str, str], str]:
+        """Of each method and pair, by their names, the key of the result: it changes with all that it depends on."""
+        conditions = f"{self.subject} {self.within_view} {self.refine_truth}".encode()
+        prints = {name: find_method(name).fingerprint(self.config) for name in self.methods}
+        pairs = {
+            pair.name: hashlib.sha256(conditions + pair.T_target_source.tobytes()).hexdigest()[:16]
+            for pair in self.pairs
+        }
+        return {(name, pair): f"{prints[name]} {pairs[pair]} {pair}" for name in self.methods for pair in pairs}
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Some pairs of a plan, and which methods are still to be run on each."""
+
+    plan: Plan
+    pairs: Sequence[tuple[Wanted, Sequence[str]]]
+
+
+Step = Callable[[], None]
+"""Called after each new result."""
+
+
+def count_open(plan: Plan, file: ResultFile) -> int:
+    """How many results of the plan are not in the file yet."""
+    return sum(file.get(key) is None for key in plan.keys().values())
+
+
+def run_plan(plan: Plan, file: ResultFile, *, jobs: int, step: Step) -> list[PairResult]:
+    """All results in the order of methods and pairs; new ones are appended to the file as they come.
+
+    Each process keeps to one core, which makes the times of methods comparable and the answers of libraries
+    repeatable. Raises ViggError when a process died.
+    """
+    keys = plan.keys()
+    batches = list(_batches(plan, lambda names: file.get(keys[names]) is None))
+    if batches:
+        for result, names in _answered(batches, jobs):
+            file.add(keys[names], result)
+            step()
+    found = [file.get(key) for key in keys.values()]
+    return [result for result in found if result is not None]
+
+
+def _batches(plan: Plan, is_open: Callable[[tuple[str, str]], bool]) -> Iterator[Batch]:
+    """The open work, pairs with the same source next to each other."""
+    order = {name: i for i, name in enumerate(dict.fromkeys(pair.source.name for pair in plan.pairs))}
+    todo = []
+    for pair in sorted(plan.pairs, key=lambda pair: order[pair.source.name]):
+        methods = [name for name in plan.methods if is_open((name, pair.name))]
+        if methods:
+            todo.append((pair, methods))
+    rest = iter(todo)
+    while batch := list(islice(rest, CHUNK)):
+        yield Batch(replace(plan, pairs=()), batch)
+
+
+def _answered(batches: Sequence[Batch], jobs: int) -> Iterator[tuple[PairResult, tuple[str, str]]]:
+    # Spawned, not forked: the libraries have threads by now. Their number is settled when they are loaded.
+    context = multiprocessing.get_context("spawn")
+    cores = context.Queue()
+    available = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
+    for number in range(jobs):
+        cores.put(available[number % len(available)])
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=keep_to_core, initargs=(cores,))
+    with one_thread_each(), pool:
+        futures: list[Future[list[tuple[PairResult, tuple[str, str]]]]] = []
+        try:
+            futures = [pool.submit(run_batch, batch) for batch in batches]
+            for future in as_completed(futures):
+                yield from future.result()
+        except BrokenProcessPool as error:
+            raise ViggError("a process died, perhaps for want of memory; what is done is kept: run it again") from error
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Processes started inside the block load their linear algebra for one thread."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def keep_to_core(cores: multiprocessing.Queue[int]) -> None:
+    """Let this process use one core of the queue, where the system can do that."""
+    core = cores.get()
+    cv2.setNumThreads(1)
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {core})
+
+
+_workshops: dict[bool, Workshop] = {}
+"""Of this process, by whether scans are clipped: kept from batch to batch."""
+
+
+def run_batch(batch: Batch) -> list[tuple[PairResult, tuple[str, str]]]:
+    """The results of some pairs, with the names of method and pair."""
+    plan = batch.plan
+    if not _workshops:
+        # The first use of everything loads and compiles; it is not what is to be measured.
+        wanted, methods = batch.pairs[0]
+        run_pair(wanted, methods, plan, Workshop(within_view=plan.within_view))
+    workshop = _workshops.setdefault(plan.within_view, Workshop(within_view=plan.within_view))
+    done = []
+    starter = multiprocessing.parent_process()
+    for wanted, methods in batch.pairs:
+        if starter is not None and not starter.is_alive():
+            break  # nobody waits for the rest
+        results = run_pair(wanted, methods, plan, workshop)
+        done += [(result, (result.method, wanted.name)) for result in results]
+    return done
+
+
+def run_pair(wanted: Wanted, methods: Sequence[str], plan: Plan, workshop: Workshop) -> list[PairResult]:
+    """What the methods answer; a frame that cannot be used costs its pairs, not the run."""
+    try:
+        for look in (wanted.target, wanted.source):
+            workshop.frame(look)
+        true = refine_truth(wanted, workshop, plan.config) if plan.refine_truth else wanted
+        return [_measured(name, true, find_method(name).answer(Task(true, workshop, plan.config))) for name in methods]
+    except DataError as error:
+        code = error.code
+    except BagError:
+        code = "UNREADABLE"
+    return [_measured(name, wanted, Answer(None, code, {})) for name in methods]
+
+
+def _measured(method: str, wanted: Wanted, answer: Answer) -> PairResult:
+    T_truth, T_answer = wanted.T_target_source, answer.T_target_source
+    errors = (math.inf, math.inf)
+    if T_answer is not None:
+        errors = rotation_error_deg(T_truth, T_answer), translation_error_m(T_truth, T_answer)
+    timings_ms = {name: round(ms, 2) for name, ms in answer.timings_ms.items()}
+    names = wanted.target.name, wanted.source.name
+    return PairResult(method, wanted.group, *names, answer.reason, *errors, wanted.overlap, timings_ms)

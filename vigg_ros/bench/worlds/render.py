@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a perfect RGB-D camera sees: one ray per depth pixel, several per colour pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.bench.worlds.poses import Pose
+from vigg_ros.bench.worlds.scene import Scene
+from vigg_ros.bench.worlds.surfaces import Surface
+from vigg_ros.registration.camera import Camera
+
+Window = tuple[slice, slice]
+
+_NEAR_M = 0.01
+"""Corners nearer than this to the image plane do not project; their surface is tried everywhere."""
+
+
+def render_rgbd(
+    scene: Scene, camera: Camera, T_world_camera: Pose, *, supersampling: int = 2
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """Image (H, W, 3) uint8 BGR and depth (H, W) float32, metres along z at pixel centres, 0 = nothing.
+
+    supersampling squared is the number of rays averaged in a colour pixel.
+    """
+    image = render_image(scene, camera, T_world_camera, supersampling=supersampling)
+    return image, render_depth(scene, camera, T_world_camera)
+
+
+def render_depth(scene: Scene, camera: Camera, T_world_camera: Pose) -> NDArray[np.float32]:
+    """Depth (H, W) float32, metres along z at pixel centres, 0 where there is nothing."""
+    hits = _cast(scene, _View.of(camera, T_world_camera, 1))
+    return np.where(hits.surface >= 0, hits.depth_m, 0).astype(np.float32)
+
+
+def render_image(
+    scene: Scene, camera: Camera, T_world_camera: Pose, *, supersampling: int = 2
+) -> NDArray[np.uint8]:
+    """Image (H, W, 3) uint8 BGR."""
+    view = _View.of(camera, T_world_camera, supersampling)
+    colours = _shade(scene, view, _cast(scene, view))
+    blocks = colours.reshape(camera.height_px, supersampling, camera.width_px, supersampling, 3)
+    image: NDArray[np.uint8] = np.rint(blocks.mean(axis=(1, 3))).astype(np.uint8)
+    return image
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """The rays of a camera whose pixels are split; directions (H, W, 3) have z = 1 in its frame."""
+
+    camera: Camera
+    T_world_camera: Pose
+    directions: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, camera: Camera, T_world_camera: Pose, supersampling: int) -> _View:
+        fine = Camera(
+            width_px=camera.width_px * supersampling,
+            height_px=camera.height_px * supersampling,
+            fx_px=camera.fx_px * supersampling,
+            fy_px=camera.fy_px * supersampling,
+            cx_px=(camera.cx_px + 0.5) * supersampling - 0.5,
+            cy_px=(camera.cy_px + 0.5) * supersampling - 0.5,
+        )
+        x = (np.arange(fine.width_px) - fine.cx_px) / fine.fx_px
+        y = (np.arange(fine.height_px) - fine.cy_px) / fine.fy_px
+        right, down, forward = T_world_camera[:3, :3].T
+        directions = x[None, :, None] * right + y[:, None, None] * down + forward
+        return cls(fine, T_world_camera, directions)
+
+    @property
+    def origin(self) -> NDArray[np.float64]:
+        return self.T_world_camera[:3, 3]
+
+    def window(self, surface: Surface) -> Window | None:
+        """The pixels that a surface may cover, or None when it is out of sight."""
+        corners = (surface.corners() - self.origin) @ self.T_world_camera[:3, :3]
+        if (corners[:, 2] < _NEAR_M).all():
+            return None
+        if (corners[:, 2] < _NEAR_M).any():
+            return np.s_[:, :]
+        pixels = self.camera.project(corners)
+        low = np.maximum(np.floor(pixels.min(axis=0)), 0)
+        high = np.minimum(np.ceil(pixels.max(axis=0)) + 1, (self.camera.width_px, self.camera.height_px))
+        if (low >= high).any():
+            return None
+        return np.s_[int(low[1]) : int(high[1]), int(low[0]) : int(high[0])]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Hits:
+    """Per ray: depth_m (H, W), inf where nothing is met; surface (H, W), its index in the scene or -1."""
+
+    depth_m: NDArray[np.float64]
+    surface: NDArray[np.int16]
+
+
+def _cast(scene: Scene, view: _View) -> _Hits:
+    depth_m = np.full(view.directions.shape[:2], np.inf)
+    nearest = np.full(view.directions.shape[:2], -1, dtype=np.int16)
+    for index, surface in enumerate(scene.surfaces):
+        window = view.window(surface)
+        if window is not None:
+            ranges = surface.ranges(view.origin, view.directions[window])
+            nearer = ranges < depth_m[window]
+            depth_m[window][nearer] = ranges[nearer]
+            nearest[window][nearer] = index
+    return _Hits(depth_m, nearest)
+
+
+def _shade(scene: Scene, view: _View, hits: _Hits) -> NDArray[np.float32]:
+    """Colours (H, W, 3) BGR in 0..255 of all rays."""
+    colours = np.empty((hits.surface.size, 3), dtype=np.float32)
+    colours[:] = scene.background_bgr
+    order = np.argsort(hits.surface, axis=None, kind="stable")
+    bounds = np.searchsorted(hits.surface.ravel()[order], np.arange(len(scene.surfaces) + 1))
+    all_directions, all_depth_m = view.directions.reshape(-1, 3), hits.depth_m.ravel()
+    for index in np.flatnonzero(np.diff(bounds)):
+        rays = order[bounds[index] : bounds[index + 1]]
+        surface, directions, depth_m = scene.surfaces[index], all_directions[rays], all_depth_m[rays]
+        points = view.origin + directions * depth_m[:, None]
+        normals = surface.normals(points)
+        footprint_m = _footprints_m(directions, normals) * depth_m / view.camera.fx_px
+        albedo = surface.texture.sample(surface.coordinates(points), footprint_m)
+        colours[rays] = albedo * scene.light.shades(points, normals)[:, None]
+    return colours.reshape(*hits.surface.shape, 3)
+
+
+def _footprints_m(directions: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How wide a ray that is 1 m wide falls on a surface with these normals, as one number per ray (N,).
+
+    It is 1 / cosine wide in one direction only; the geometric mean blurs little and aliases little.
+    """
+    cosine = np.abs((normals * directions).sum(axis=1)) / np.linalg.norm(directions, axis=1)
+    return np.asarray(1 / np.sqrt(np.maximum(cosine, 0.02)))

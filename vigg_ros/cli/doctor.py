@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``vigg doctor``: a page about a bag, ending with the command that replays it."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.rhythm import Rhythm
+from vigg_ros.bags.topics import TopicChoice, TopicRequest
+from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
+from vigg_ros.cli.console import ExitCode, table
+from vigg_ros.cli.replay import (
+    TOPICS,
+    add_extrinsics_argument,
+    add_topic_arguments,
+    find_extrinsics,
+    requested_topics,
+)
+from vigg_ros.registration.config import Config
+from vigg_ros.report.diagnosis import Diagnosis, Question, diagnose
+from vigg_ros.report.findings import Finding
+from vigg_ros.report.samples import MESSAGES
+from vigg_ros.tracking.extrinsics import Lookup
+
+HEADING = ("topic", "type", "messages", "rate", "from", "to", "largest gap", "jitter")
+ROLES = {
+    "image": "colour images",
+    "camera_info": "calibration",
+    "depth": "depth images",
+    "points": "scans",
+    "ground_truth": "ground truth",
+}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of ``vigg doctor``: those of a replay that change what it reads."""
+    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_config_arguments(parser, default=None)
+    add_extrinsics_argument(parser)
+    add_topic_arguments(parser)
+
+
+def run(arguments: Namespace) -> ExitCode:
+    """Print the page. Raises BagError for a bag that cannot be read at all."""
+    with BagReader(arguments.bag) as reader:
+        diagnosis = diagnose(reader, _question(arguments, reader))
+        print("\n".join(page(reader, diagnosis, arguments)))
+        damaged = reader.damaged
+    if arguments.config is not None and diagnosis.samples:
+        for note in notes_on(load_config(arguments), diagnosis.preset):
+            print(f"note: {note}", file=sys.stderr)
+    if not diagnosis.can_replay:
+        return ExitCode.NOTHING_PAIRED
+    return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
+
+
+def _question(arguments: Namespace, reader: BagReader) -> Question:
+    def find_config(preset: str) -> Config:
+        return load_config(Namespace(config=arguments.config or preset, set=arguments.set))
+
+    def extrinsics_of(choice: TopicChoice) -> Lookup | None:
+        if arguments.extrinsics is None and choice.tf_static is None:
+            return None
+        return find_extrinsics(arguments.extrinsics, reader, choice)
+
+    return Question(requested_topics(arguments), find_config, extrinsics_of)
+
+
+def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Iterator[str]:
+    """The lines of the page."""
+    yield f"{reader.path}: {_verdict(diagnosis, damaged=reader.damaged)}"
+    yield from _section("What the bag holds", _contents(reader, diagnosis.rhythms))
+    rows = [(ROLES[one.role], one.topic.name, one.description or "unusable") for one in diagnosis.samples]
+    inputs = table([("for", "topic", "first message"), *rows]).split("\n") if rows else []
+    inputs += [f"Of each, {MESSAGES} messages were decoded; of the others only the stamps were read."] if rows else []
+    yield from _section("What a replay reads", inputs)
+    preset = f"the preset for it is {diagnosis.preset}, which a replay chooses"
+    yield from _section("How it fits together", [*diagnosis.fit, *([preset] if rows and not arguments.config else [])])
+    yield from _section("What is lost", map(str, reader.losses))
+    yield from _section("What is missing", _spoken([one for one in diagnosis.findings if one.blocks]))
+    odd = _spoken([one for one in diagnosis.findings if not one.blocks])
+    yield from _section("What is odd", [*odd, *reader.notes])
+    commands = [replay_command(arguments, request) for request in diagnosis.replays]
+    yield from _section("Replay it with" if len(commands) < 2 else "Replay it with one of", commands)
+
+
+def _verdict(diagnosis: Diagnosis, *, damaged: bool) -> str:
+    if not diagnosis.can_replay:
+        return "cannot be replayed as it is"
+    return "can be replayed, but a part of it is lost" if damaged else "can be replayed"
+
+
+def _section(title: str, lines: Sequence[str] | Iterator[str]) -> Iterator[str]:
+    """A title and its lines, or nothing."""
+    lines = list(lines)
+    if lines:
+        yield from ("", title, *(f"  {line}" for line in lines))
+
+
+def _spoken(findings: Sequence[Finding]) -> list[str]:
+    return [line for finding in findings for line in (f"- {finding.text}", f"  -> {finding.remedy}")]
+
+
+def _contents(reader: BagReader, rhythms: Mapping[str, Rhythm]) -> Iterator[str]:
+    """One row for each topic; times count from the first stamp of the bag."""
+    stamped = [one.stamps_ns for one in rhythms.values() if one.stamps_ns.size and one.has_stamps]
+    start_ns = min((int(stamps_ns.min()) for stamps_ns in stamped), default=None)
+    rows = [_row(topic.name, topic.type, topic.count, rhythms.get(topic.name), start_ns) for topic in reader.topics]
+    yield from table([HEADING, *rows]).split("\n")
+    if start_ns is not None:
+        day = datetime.fromtimestamp(max(0, start_ns) // 10**9, timezone.utc)
+        yield f"Times are header stamps, counted from {start_ns} ns ({day:%Y-%m-%d %H:%M:%S} UTC);"
+        yield "those with * are times of recording, as the type has no header."
+
+
+def _row(name: str, kind: str, count: int, rhythm: Rhythm | None, start_ns: int | None) -> tuple[str, ...]:
+    shown = kind.replace("/msg/", "/")
+    if rhythm is None or not rhythm.stamps_ns.size or start_ns is None:
+        return name, shown, str(count), *["-"] * 5
+    first_s, last_s = ((int(stamp) - start_ns) / 1e9 for stamp in (rhythm.stamps_ns[0], rhythm.stamps_ns[-1]))
+    mark = "" if rhythm.has_stamps else "*"
+    times = (f"{first_s:.3f} s{mark}", f"{last_s:.3f} s{mark}")
+    if not rhythm.period_ns > 0:
+        return name, shown, str(count), "-", *times, "-", "-"
+    gap, jitter = f"{rhythm.largest_gap_ns / 1e6:.1f} ms", f"{rhythm.jitter_ns / 1e6:.1f} ms"
+    return name, shown, str(count), f"{1e9 / rhythm.period_ns:.1f} Hz", *times, gap, jitter
+
+
+def replay_command(arguments: Namespace, request: TopicRequest) -> str:
+    """The command line that replays the bag with these topics, and with what the user gave here."""
+    words = ["vigg", "replay", str(Path(arguments.bag))]
+    words += [] if arguments.config is None else ["--config", arguments.config]
+    words += [word for assignment in arguments.set for word in ("--set", assignment)]
+    words += [] if arguments.extrinsics is None else ["--extrinsics", *map(str, arguments.extrinsics)]
+    for name in TOPICS:
+        topic = getattr(request, name)
+        words += [] if topic is None else [f"--{name.replace('_', '-')}-topic", topic]
+    return shlex.join(words)

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How to start the registrar node for what a bag holds: remappings and parameters."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
+from vigg_ros.cli.console import UsageError
+from vigg_ros.registration.quaternion import quaternion_from_rotation
+from vigg_ros.report.samples import find_preset
+from vigg_ros.report.source import read_extrinsics
+from vigg_ros.tracking.extrinsics import Lookup
+
+_PEEKED_MESSAGES = 10
+
+
+@contextmanager
+def needs_ros() -> Iterator[None]:
+    """Around the imports that need ROS 2: says what to do where it is missing. Raises UsageError."""
+    try:
+        yield
+    except ImportError as error:
+        if (error.name or "").startswith("vigg_ros"):
+            raise
+        raise UsageError(
+            f"needs ROS 2 Jazzy, which cannot be imported ({error}); run `source /opt/ros/jazzy/setup.bash`, "
+            "or where there is no ROS: pip install 'vigg_ros[ros]'"
+        ) from error
+
+
+@dataclass(frozen=True, slots=True)
+class NodeArguments:
+    """What follows ``--ros-args``."""
+
+    remappings: dict[str, str]
+    """The node's topic to the bag's."""
+    parameters: dict[str, str]
+
+    def words(self) -> list[str]:
+        """For the command line."""
+        words = ["--ros-args"]
+        words += [word for own, name in self.remappings.items() for word in ("-r", f"{own}:={name}")]
+        words += [word for name, value in self.parameters.items() for word in ("-p", f"{name}:={value}")]
+        return words
+
+
+def node_arguments(reader: BagReader, choice: TopicChoice, extrinsics: Lookup | None) -> NodeArguments:
+    """Remappings and parameters for the chosen topics of an open bag. Raises UsageError.
+
+    Extrinsics are given as a parameter, since the transforms of the bag reach the node only where tf2 is installed.
+    """
+    remappings = {"rgb/image": choice.image.name, "rgb/camera_info": choice.camera_info.name}
+    transport = "compressed" if choice.image.type.endswith("CompressedImage") else "raw"
+    parameters = {"geometry": "depth" if choice.points is None else "points", "image_transport": transport}
+    if choice.depth is not None:
+        remappings["depth/image"] = choice.depth.name
+    if choice.points is not None:
+        remappings["points"] = choice.points.name
+        T_points_camera = _find_camera(reader, choice, extrinsics)
+        parameters["extrinsics"] = _seven_numbers(T_points_camera)
+    return NodeArguments(remappings, parameters)
+
+
+def arguments_for_bag(reader: BagReader) -> NodeArguments:
+    """What fits an open bag by itself: its topics, its extrinsics, and the preset for its sensors.
+
+    Raises TopicError or UsageError where that is not clear.
+    """
+    choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
+    tree = None if choice.points is None else read_extrinsics(reader, choice)
+    found = node_arguments(reader, choice, None if tree is None else tree.lookup)
+    return replace(found, parameters={"config": find_preset(reader, choice), **found.parameters})
+
+
+def shown(arguments: NodeArguments) -> str:
+    """The line that a user can paste into a shell."""
+    start = ["ros2", "run", "vigg_ros", "registrar"] if shutil.which("ros2") else ["registrar"]
+    return shlex.join([*start, *arguments.words()])
+
+
+def _find_camera(reader: BagReader, choice: TopicChoice, extrinsics: Lookup | None) -> NDArray[np.float64]:
+    """T_points_camera (4, 4)."""
+    if extrinsics is None or choice.points is None:
+        raise UsageError("the bag has no /tf_static that says where the camera stands; give --extrinsics")
+    points_frame, camera_frame = (_frame_of(reader, topic.name) for topic in (choice.points, choice.image))
+    T_points_camera = extrinsics(points_frame, camera_frame)
+    if T_points_camera is None:
+        raise UsageError(
+            f"/tf_static does not connect {points_frame!r} (the points) with {camera_frame!r} (the camera); "
+            "give --extrinsics"
+        )
+    return T_points_camera
+
+
+def _frame_of(reader: BagReader, topic: str) -> str:
+    """The frame that the first messages of a topic name; empty if none does."""
+    for item in islice(reader.messages([topic], order="log"), _PEEKED_MESSAGES):
+        frame_id = str(getattr(getattr(item.message, "header", None), "frame_id", "")).lstrip("/")
+        if frame_id:
+            return frame_id
+    return ""
+
+
+def _seven_numbers(T_points_camera: NDArray[np.float64]) -> str:
+    """[x, y, z, qx, qy, qz, qw], all with a point: ROS would take "0" for an integer, and refuse a mixed list."""
+    numbers = [*T_points_camera[:3, 3], *quaternion_from_rotation(T_points_camera[:3, :3])]
+    return f"[{', '.join(f'{number:.9f}' for number in numbers)}]"

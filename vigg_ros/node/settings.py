@@ -1,0 +1,276 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of the node: its own options and those of the method, one flat list with one set of rules."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.registration.config import PRESETS, Config
+from vigg_ros.registration.errors import ConfigError, DataError
+from vigg_ros.registration.options import option
+from vigg_ros.registration.quaternion import rotation_from_quaternion
+from vigg_ros.registration.rigid import inverse
+
+DYNAMIC = frozenset({"max_rate", "time_budget"})
+"""Parameters that can be set while the node runs. All others are read-only."""
+
+SHORT_NAMES = {
+    "pairing.sync_slop_s": "sync_slop",
+    "pairing.queue_size": "queue_size",
+    "input.depth_scale_m": "depth_scale",
+    "input.rectify": "rectify",
+    "geometric.min_range_m": "min_range",
+    "geometric.max_range_m": "max_range",
+    "time_budget_s": "time_budget",
+}
+"""Options that users of a node set most, as nodes of this kind call them. At the start both names are accepted, since
+files of the method's options have the long ones."""
+_LONG_NAMES = {short: long for long, short in SHORT_NAMES.items()}
+
+RESERVED = ("use_sim_time", "start_type_description_service", "qos_overrides.")
+"""Beginnings of the names that rclpy gives to every node."""
+
+
+@dataclass(frozen=True, slots=True)
+class NodeOptions:
+    """What only the node asks; the method's options follow it in the list of parameters."""
+
+    config: str = option(
+        "rgbd", "preset of the method's options, or a YAML file of them; each can be set by its own name besides"
+    )
+    geometry: str = option(
+        "points",
+        "where depth comes from: points for a PointCloud2 (LiDAR, or an RGB-D cloud), depth for an aligned depth image",
+        choices=("points", "depth"),
+    )
+    base_frame: str = option("", "frame whose pose is published, such as base_link; empty for the sensor's own")
+    odom_frame: str = option("odom", "name of the frame in which poses are given")
+    publish_tf: bool = option(False, "on to publish odom_frame to base_frame on /tf; only one node may do so")
+    tf_timeout: float = option(
+        0.2, "longer where transforms arrive after the frames that need them", unit="s", low=0.0, high=10.0
+    )
+    extrinsics: str = option(
+        "tf",
+        "tf, or seven numbers x y z qx qy qz qw where no transform is published: the camera (optical frame) in the "
+        "frame of the points, or, with depth images, in base_frame",
+    )
+    qos: str = option(
+        "auto",
+        "reliability asked of publishers; auto follows what they offer",
+        choices=("auto", "sensor_data", "reliable"),
+    )
+    image_transport: str = option(
+        "auto",
+        "raw or compressed images on rgb/image and depth/image; auto follows what is published",
+        choices=("auto", "raw", "compressed"),
+    )
+    max_rate: float = option(
+        0.0, "frames registered per second of stamps at most, to save CPU; 0 for all", unit="Hz", low=0.0, high=1000.0
+    )
+    output_dir: str = option("", "existing folder into which save_trajectory writes; empty to write nothing")
+    save_at_exit: bool = option(False, "on to save the trajectory into output_dir when the node ends")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter as ROS shall describe it."""
+
+    name: str
+    default: Any
+    doc: str
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+
+    @property
+    def is_dynamic(self) -> bool:
+        """Whether it can be set while the node runs."""
+        return self.name in DYNAMIC
+
+    @property
+    def description(self) -> str:
+        """When to touch it, its unit and choices, in one line."""
+        notes = [f"[{self.unit}]"] if self.unit else []
+        notes += [f"one of {', '.join(self.choices)}"] if self.choices else []
+        return "; ".join([self.doc, *notes])
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """All parameters, checked one by one and together."""
+
+    options: NodeOptions = NodeOptions()
+    config: Config = Config()
+
+    @classmethod
+    def resolve(cls, given: Mapping[str, Any]) -> Settings:
+        """Given values over the preset or file that ``config`` names. Raises ConfigError, and then nothing holds."""
+        named = {name: value for name, value in given.items() if not name.startswith(RESERVED)}
+        own = {name: value for name, value in named.items() if name in _OWN}
+        options = _replaced(NodeOptions(), own)
+        return cls(options, _configuration(options.config)).replace({n: v for n, v in named.items() if n not in own})
+
+    def replace(self, changes: Mapping[str, Any]) -> Settings:
+        """With some parameters changed. Raises ConfigError, and then nothing is changed."""
+        changes = _short_names(changes)
+        known = [parameter.name for parameter in self.parameters()]
+        for name in changes:
+            if name not in known:
+                raise ConfigError(_unknown(name, known))
+        own = {name: value for name, value in changes.items() if name in _OWN}
+        options = _replaced(self.options, own)
+        of_method = {name: value for name, value in changes.items() if name not in own}
+        config = self.config.replace({_LONG_NAMES.get(name, name): value for name, value in of_method.items()})
+        _check_together(options)
+        return Settings(options, config)
+
+    def parameters(self) -> Iterator[Parameter]:
+        """All parameters with their values as defaults, the node's first."""
+        for spec in dataclasses.fields(self.options):
+            yield Parameter(spec.name, getattr(self.options, spec.name), **spec.metadata)
+        for name, spec, value in self.config.options():
+            yield Parameter(SHORT_NAMES.get(name, name), value, **spec.metadata)
+
+    @property
+    def T_parent_camera(self) -> NDArray[np.float64] | None:
+        """The camera in the frame of the points (or, with depth images, in base_frame); None if TF is to say."""
+        return parse_extrinsics(self.options.extrinsics)
+
+    @property
+    def T_camera_points(self) -> NDArray[np.float64] | None:
+        """Where the points are in the camera's frame, if ``extrinsics`` says so."""
+        T_parent_camera = self.T_parent_camera
+        return None if T_parent_camera is None else inverse(T_parent_camera)
+
+
+_OWN = {spec.name: spec for spec in dataclasses.fields(NodeOptions)}
+
+
+def _short_names(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The changes by the names that parameters have. Raises ConfigError where one is given by both of its names."""
+    renamed = {SHORT_NAMES.get(name, name): value for name, value in changes.items()}
+    if len(renamed) < len(changes):
+        twice = next(short for long, short in SHORT_NAMES.items() if {long, short} <= changes.keys())
+        raise ConfigError(f"{twice} and {_LONG_NAMES[twice]} are the same parameter; give one of them")
+    return renamed
+
+
+def parse_extrinsics(text: str) -> NDArray[np.float64] | None:
+    """(4, 4) of "x y z qx qy qz qw", commas and brackets allowed; None for "tf". Raises ConfigError."""
+    if text.strip() == "tf":
+        return None
+    words = text.replace(",", " ").strip(" []()").split()
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 7 or not all(map(math.isfinite, numbers)):
+        raise ConfigError(f"extrinsics is {text!r}, expected tf or seven numbers: x y z qx qy qz qw")
+    T_parent_camera = np.eye(4)
+    try:
+        T_parent_camera[:3, :3] = rotation_from_quaternion(*numbers[3:])
+    except DataError as error:
+        raise ConfigError(f"extrinsics: {error}") from error
+    T_parent_camera[:3, 3] = numbers[:3]
+    return T_parent_camera
+
+
+def unmatched_nodes(content: Any, node_name: str) -> list[str]:
+    """The nodes that a parameter file speaks of, if none of them is ``node_name`` ("/ns/registrar"); else nothing."""
+    if not isinstance(content, Mapping):
+        return []
+    named = [f"{prefix}/{key}".replace("//", "/").strip("/") for prefix, key in _node_keys(content)]
+    if any(_matches(name, node_name.strip("/")) for name in named):
+        return []
+    return named
+
+
+def _node_keys(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    for key, value in content.items():
+        if isinstance(value, Mapping) and "ros__parameters" in value:
+            yield prefix, str(key)
+        elif isinstance(value, Mapping):
+            yield from _node_keys(value, f"{prefix}/{key}")
+
+
+def _matches(pattern: str, name: str) -> bool:
+    """rcl's wildcards: * is one part of a name, ** any number of them."""
+    parts, wanted = name.split("/"), pattern.split("/")
+    if wanted[0] == "**":
+        return any(_matches("/".join(wanted[1:]), "/".join(parts[i:])) for i in range(len(parts))) or wanted == ["**"]
+    if wanted[0] not in ("*", parts[0]):
+        return False
+    if len(wanted) == 1 or len(parts) == 1:
+        return len(wanted) == len(parts)
+    return _matches("/".join(wanted[1:]), "/".join(parts[1:]))
+
+
+def _configuration(name: str) -> Config:
+    """A preset by name, or a file."""
+    if name in PRESETS:
+        return Config.preset(name)
+    if not Path(name).exists():
+        raise ConfigError(f"config is {name!r}, expected a YAML file that exists or one of {', '.join(PRESETS)}")
+    return Config.load(name)
+
+
+def _replaced(options: NodeOptions, changes: Mapping[str, Any]) -> NodeOptions:
+    values = {name: _coerced(_OWN[name], value) for name, value in changes.items()}
+    for name, value in values.items():
+        _check(_OWN[name], value)
+    return dataclasses.replace(options, **values)
+
+
+def _coerced(spec: dataclasses.Field[Any], value: Any) -> Any:
+    """An integer is taken for a real number, and a list of numbers for the extrinsics."""
+    if type(spec.default) is float and type(value) is int:
+        return float(value)
+    if spec.name == "extrinsics" and not isinstance(value, (str, bool, int, float)):
+        return " ".join(str(item) for item in value)
+    return value
+
+
+def _check(spec: dataclasses.Field[Any], value: Any) -> None:
+    meta, wanted = spec.metadata, type(spec.default)
+    if type(value) is not wanted:
+        raise ConfigError(f"{spec.name} is {value!r}, expected {wanted.__name__}")
+    if meta["choices"] and value not in meta["choices"]:
+        raise ConfigError(f"{spec.name} is {value!r}, expected one of {', '.join(meta['choices'])}")
+    if wanted is float and not meta["low"] <= value <= meta["high"]:  # nor does NaN pass
+        raise ConfigError(f"{spec.name} is {value}, expected {meta['low']:g} to {meta['high']:g} {meta['unit']}")
+
+
+def _check_together(options: NodeOptions) -> None:
+    """What no option can know alone."""
+    T_parent_camera = parse_extrinsics(options.extrinsics)
+    if T_parent_camera is not None and options.geometry == "depth" and not options.base_frame:
+        raise ConfigError(
+            "extrinsics is given with geometry depth, but base_frame is empty; name the base_frame in which the camera "
+            "stands, or leave extrinsics at tf"
+        )
+    if not options.odom_frame:
+        raise ConfigError("odom_frame is empty; poses need the name of a frame, such as odom")
+    if options.odom_frame == options.base_frame:
+        raise ConfigError(f"odom_frame and base_frame are both {options.base_frame!r}; they must differ")
+    if options.save_at_exit and not options.output_dir:
+        raise ConfigError("save_at_exit is on, but output_dir is empty; name the folder to save into")
+    if options.output_dir and not Path(options.output_dir).expanduser().is_dir():
+        raise ConfigError(f"output_dir is {options.output_dir!r}, which is no folder; create it first")
+
+
+def _unknown(name: str, known: list[str]) -> str:
+    ends = {one.rpartition(".")[2]: one for one in known}  # top_k for visual.top_k
+    close = difflib.get_close_matches(name, [*known, *ends], n=1, cutoff=0.5)
+    hint = f"did you mean {ends.get(close[0], close[0])}?" if close else "`registrar --parameters` lists all of them"
+    return f"unknown parameter {name!r}; {hint}"

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A few messages of each chosen topic, decoded as a replay would, and what they look like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from vigg_ros.bags.reader import BagReader, Topic
+from vigg_ros.bags.topics import TopicChoice
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.options import GeometricConfig, InputConfig
+from vigg_ros.sensors.input_decoder import InputDecoder, Role
+from vigg_ros.sensors.observation import (
+    Calibration,
+    ColourImage,
+    DepthImage,
+    Observation,
+    PointCloud,
+    StampedPose,
+)
+
+MESSAGES = 5
+"""So many of each topic are decoded: enough to know the format, and quick in the largest bag."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """The first few messages of one topic."""
+
+    role: Role
+    topic: Topic
+    observations: tuple[Observation, ...]
+    refusals: tuple[DataError, ...]
+
+    @property
+    def description(self) -> str:
+        """The first usable message in words; empty if there is none."""
+        return describe(self.observations[0]) if self.observations else ""
+
+
+Samples = Mapping[Role, Sample]
+
+
+def take_samples(reader: BagReader, choice: TopicChoice, config: InputConfig) -> dict[Role, Sample]:
+    """Samples of the chosen topics, in the order: image, calibration, depth or points, truth."""
+    decoder = InputDecoder(config, choice.image.name)
+    chosen: dict[Role, Topic | None] = {
+        "image": choice.image,
+        "camera_info": choice.camera_info,
+        "depth": choice.depth,
+        "points": choice.points,
+        "ground_truth": choice.ground_truth,
+    }
+    return {role: _take(reader, decoder, role, topic) for role, topic in chosen.items() if topic is not None}
+
+
+def _take(reader: BagReader, decoder: InputDecoder, role: Role, topic: Topic) -> Sample:
+    observations: list[Observation] = []
+    refusals: list[DataError] = []
+    for item in islice(reader.messages([topic.name], order="log"), MESSAGES):
+        try:
+            observations.append(decoder.decode(role, item.message))
+        except DataError as error:
+            refusals.append(error)
+    return Sample(role, topic, tuple(observations), tuple(refusals))
+
+
+def suggest_preset(samples: Samples) -> str:
+    """``lidar`` for clouds that reach farther than an RGB-D camera sees, else ``rgbd``."""
+    clouds = [cloud for cloud in _observed(samples, "points") if isinstance(cloud, PointCloud)]
+    if not clouds:
+        return "lidar" if "points" in samples else "rgbd"
+    ranges_m = np.linalg.norm(clouds[0].points, axis=1)
+    return "lidar" if np.percentile(ranges_m, 95) > GeometricConfig().max_range_m else "rgbd"
+
+
+def find_preset(reader: BagReader, choice: TopicChoice) -> str:
+    """The preset for the chosen topics of an open bag, by its first messages."""
+    return suggest_preset(take_samples(reader, choice, InputConfig()))
+
+
+def _observed(samples: Samples, role: Role) -> tuple[Observation, ...]:
+    return samples[role].observations if role in samples else ()
+
+
+def describe(observation: Observation) -> str:
+    """One line about an image, calibration, depth image, cloud or pose."""
+    frame = f"in {observation.frame_id}" if observation.frame_id else "in a frame without a name"
+    if isinstance(observation, ColourImage):
+        kind = "colour" if observation.image.ndim == 3 else "grey"
+        return f"{_size(observation.image.shape)} {kind}, {frame}"
+    if isinstance(observation, DepthImage):
+        known = observation.depth_m > 0
+        median_m = np.median(observation.depth_m[known])
+        return f"{_size(observation.depth_m.shape)}, median {median_m:.2f} m, {known.mean():.0%} of the pixels, {frame}"
+    if isinstance(observation, PointCloud):
+        ranges_m = np.linalg.norm(observation.points, axis=1)
+        times = "without times" if observation.times_s is None else f"measured over {np.ptp(observation.times_s):.3f} s"
+        span = f"{ranges_m.min():.1f} to {ranges_m.max():.1f} m"
+        return f"{len(observation.points)} points, {span} away, {times}, {frame}"
+    if isinstance(observation, StampedPose):
+        return f"of {observation.child_frame_id or 'a frame it does not name'}, {frame}"
+    return f"{_describe_calibration(observation)}, {frame}"
+
+
+def _describe_calibration(calibration: Calibration) -> str:
+    camera, rectifier = calibration.camera, calibration.rectifier
+    lens = "nothing to undistort"
+    if rectifier is not None:
+        lens = f"undistorted by {rectifier.model} with {len(rectifier.coefficients)} coefficients"
+    return (
+        f"{camera.width_px}x{camera.height_px}, fx {camera.fx_px:.1f} fy {camera.fy_px:.1f} "
+        f"cx {camera.cx_px:.1f} cy {camera.cy_px:.1f} px, {lens}"
+    )
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]}x{shape[0]}"

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording as series over time, for plots of a bounded size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vigg_ros.report.recording import FrameRecord
+
+COLUMNS = 800
+"""Columns of a strip: about the pixels that it is shown on."""
+
+NO_FRAME, TRACKING, RELOCALISED, REFUSED, LOST = range(5)
+"""What a column shows; where several frames share it, the one that matters most."""
+
+_KINDS = {
+    "STARTED": TRACKING, "TRACKING": TRACKING, "RELOCALISED": RELOCALISED, "REFUSED": REFUSED, "LOST": LOST,
+}  # fmt: skip
+
+LONG_GAP = 5.0
+"""A frame stands for the time to the next one, but not for more than so many usual intervals."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Where each frame (N,) stands on the axis of time."""
+
+    values: NDArray[np.float64]
+    is_time: bool
+    """Seconds since the first frame; else frame numbers."""
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """From the first frame to the end of the last one."""
+        if len(self.values) == 0:
+            return 0.0, 1.0
+        return float(self.values[0]), float(self.values[-1]) + self.step
+
+    def place(self, frame: int) -> str:
+        """Where a frame stands, in words."""
+        value = self.values[frame]
+        return f"{value:.2f} s" if self.is_time else f"frame {value:.0f}"
+
+    @property
+    def label(self) -> str:
+        """For the axis of a plot."""
+        return "time (s)" if self.is_time else "frame, in order of arrival"
+
+    @property
+    def step(self) -> float:
+        """The usual distance of two frames; 1 where there is none."""
+        steps = np.diff(self.values)
+        return float(np.median(steps[steps > 0])) if (steps > 0).any() else 1.0
+
+
+def time_axis(frames: Sequence[FrameRecord]) -> Axis:
+    """Seconds since the first frame; frame numbers where the clock does not run forward.
+
+    The stamps of refused images prove nothing (they may be the very reason): each is kept only as far as
+    it lies between those of the frames around it, or as near to the first or last as their number allows.
+    """
+    stamps = np.array([record.stamp_ns for record in frames], np.int64)
+    good = np.array([record.state != "REFUSED" for record in frames], bool)
+    if not good.any() or (np.diff(stamps[good]) < 0).any():
+        return Axis(np.arange(len(frames), dtype=np.float64), is_time=False)
+    rows = np.flatnonzero(good)
+    usual_ns = int(np.median(np.diff(stamps[rows]))) if len(rows) > 1 else 0
+    start = stamps[rows[0]] - rows[0] * usual_ns
+    end = stamps[rows[-1]] + (len(frames) - 1 - rows[-1]) * usual_ns
+    before = np.maximum.accumulate(np.where(good, stamps, start))
+    after = np.minimum.accumulate(np.where(good, stamps, end)[::-1])[::-1]
+    at = np.maximum.accumulate(np.clip(stamps, before, after))
+    return Axis((at - at[0]) / 1e9, is_time=True)
+
+
+def state_columns(frames: Sequence[FrameRecord], axis: Axis) -> NDArray[np.int64]:
+    """What each of COLUMNS equal parts of the axis shows, NO_FRAME to LOST."""
+    columns = np.zeros(COLUMNS, np.int64)
+    if not frames:
+        return columns
+    start, end = axis.range
+    ends = np.minimum(np.append(axis.values[1:], end), axis.values + LONG_GAP * axis.step)
+    scale = COLUMNS / (end - start)
+    first = np.minimum(((axis.values - start) * scale).astype(int), COLUMNS - 1)
+    last = np.maximum(((ends - start) * scale).astype(int), first + 1)
+    for record, a, b in zip(frames, first, last, strict=True):
+        columns[a:b] = np.maximum(columns[a:b], _KINDS[record.state])
+    return columns
+
+
+def runs(columns: NDArray[np.int64], axis: Axis) -> list[tuple[int, float, float]]:
+    """Runs of equal columns as (value, start, width) on the axis."""
+    start, end = axis.range
+    width = (end - start) / len(columns)
+    edges = np.flatnonzero(np.diff(columns)) + 1
+    begins, ends = np.append(0, edges), np.append(edges, len(columns))
+    return [(int(columns[a]), start + a * width, (b - a) * width) for a, b in zip(begins, ends, strict=True)]
+
+
+def evidence_series(frames: Sequence[FrameRecord], name: str) -> NDArray[np.float64]:
+    """One figure of the evidence (N,), NaN where there is none."""
+    return np.array([np.nan if record.evidence is None else float(getattr(record.evidence, name)) for record in frames])
+
+
+def positions(frames: Sequence[FrameRecord]) -> NDArray[np.float64]:
+    """Positions (N, 3), metres, in the odometry frame of each one's session; NaN for unanswered frames."""
+    nowhere = np.full(3, np.nan)
+    rows = [nowhere if r.T_odom_frame is None else r.T_odom_frame[:3, 3] for r in frames]
+    return np.array(rows).reshape(-1, 3)
+
+
+def totals_ms(frames: Sequence[FrameRecord]) -> NDArray[np.float64]:
+    """Milliseconds of all stages together of each frame (M,) that got as far as any stage."""
+    return np.array([sum(record.timings_ms.values()) for record in frames if record.timings_ms])
+
+
+def stage_times_ms(frames: Sequence[FrameRecord]) -> dict[str, NDArray[np.float64]]:
+    """Milliseconds (M,) of each stage, 0 where a frame did not come to it, in order of first use."""
+    timed = [record.timings_ms for record in frames if record.timings_ms]
+    stages = dict.fromkeys(stage for timings_ms in timed for stage in timings_ms)
+    return {stage: np.array([timings_ms.get(stage, 0.0) for timings_ms in timed]) for stage in stages}

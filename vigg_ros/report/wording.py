@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A replay in words and tables, for readers who were not there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vigg_ros.registration.config import PRESETS, Config
+from vigg_ros.report.accuracy import TrajectoryMetrics
+from vigg_ros.report.ground_truth import truth_frame_note, why_no_errors
+from vigg_ros.report.html import Markup, element, table, tile
+from vigg_ros.report.recording import Recording
+from vigg_ros.report.series import Axis, totals_ms
+from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, Errors, Spread
+
+MEANINGS = {
+    "NO_DEPTH": "Too few 3-D points: is depth missing, out of range, in another unit, or a scan outside the image?",
+    "NO_TEXTURE": "Too few distinct spots in the image that have depth: a bare wall, darkness or blur.",
+    "TOO_FEW_MATCHES": "The frame has too little in common with the keyframes it was compared with.",
+    "TOO_FEW_INLIERS": "Too few matches agree with the best motion that was found.",
+    "DEGENERATE": "What both frames see leaves a direction of motion open, as along a bare corridor.",
+    "LOW_OVERLAP": "Too little of the surfaces coincides: the view changed too much, or the motion is wrong.",
+    "CONFLICT": "Surfaces lie where the other frame saw none: things moved, or the motion is wrong.",
+    "AMBIGUOUS": "Another motion explains the frames nearly as well, as where shapes and textures repeat.",
+    "NOT_FINITE": "The numbers ran out of bounds; please report this with the two frames.",
+}
+"""By reason of registration. Refused inputs say themselves what was found and what was expected."""
+
+
+def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
+    """The result in two sentences; accuracy with its coverage and alignment."""
+    received, answered = len(recording.frames), len(recording.answered)
+    said = f"{answered} of {received} {recording.leaders} got a pose ({recording.coverage:.1%})."
+    if not answered:
+        said += " There is no trajectory."
+    elif metrics is None:
+        said += " The recording holds no ground truth, so nothing is known of their errors."
+    elif not metrics.pooled.compared:
+        said += f" Nothing is known of their errors: {why_no_errors(recording)}."
+    else:
+        ate = Spread.of(metrics.pooled.absolute.translation_m)
+        said += (
+            f" Compared with the truth over {ate.count} of them, positions are off by {length(ate.rmse)} rmse "
+            f"(median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}), "
+            f"after {metrics.pooled.alignment}."
+        )
+    return element("p", said, class_="lead")
+
+
+def coverage_tile(recording: Recording) -> Markup:
+    """Frames answered over frames received."""
+    lost = sum(record.state == "LOST" for record in recording.frames)
+    refused = sum(record.state == "REFUSED" for record in recording.frames)
+    said = f"of {len(recording.frames)} {recording.leaders} received; {lost} lost, {refused} refused"
+    return tile("answered", f"{recording.coverage:.1%}", said)
+
+
+def accuracy_tiles(recording: Recording, metrics: TrajectoryMetrics | None) -> list[Markup]:
+    """Absolute and relative errors and drift, as far as they are known."""
+    if metrics is None or not metrics.pooled.compared:
+        return [tile("accuracy", "unknown", why_no_errors(recording))]
+    accuracy = metrics.pooled
+    ate = Spread.of(accuracy.absolute.translation_m)
+    turned = Spread.of(accuracy.absolute.rotation_deg)
+    tiles = [
+        tile(
+            "ATE",
+            length(ate.rmse),
+            f"rmse over {ate.count} frames, aligned; rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}",
+        )
+    ]
+    for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE frame to frame", accuracy.consecutive)):
+        if len(errors.stamps_ns):
+            tiles.append(tile(title, *_relative(errors)))
+    if np.isfinite(accuracy.drift_percent):
+        said = f"of the path: {length(accuracy.end_error_m)} off at the end of {length(accuracy.path_m)}"
+        tiles.append(tile("drift", f"{accuracy.drift_percent:.2f} %", said))
+    return tiles
+
+
+def _relative(errors: Errors) -> tuple[str, str]:
+    moved, turned = Spread.of(errors.translation_m), Spread.of(errors.rotation_deg)
+    pairs = f"{moved.count} {'pair' if moved.count == 1 else 'pairs'}"
+    said = f"and {angle(turned.median)} median; p95 {length(moved.p95)} and {angle(turned.p95)}; {pairs}"
+    return length(moved.median), said
+
+
+def time_tile(recording: Recording, run_info: Mapping[str, Any]) -> Markup:
+    """Time per frame, and the machine that it was taken on."""
+    totals = totals_ms(recording.frames)
+    if len(totals) == 0:
+        return tile("time per frame", "unknown", "no frame was processed")
+    median_ms, p95_ms = np.percentile(totals, (50, 95))
+    return tile("time per frame", f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}")
+
+
+def machine(run_info: Mapping[str, Any]) -> str:
+    """The machine's name; times mean nothing without it."""
+    cores = f"{run_info['cores']} cores" if run_info.get("cores") else ""
+    parts = [run_info.get("processor"), cores, run_info.get("system")]
+    return ", ".join(str(part) for part in parts if part) or "a machine that was not named"
+
+
+def unanswered_table(recording: Recording, axis: Axis) -> Markup:
+    """Why frames got no pose: how often, where first, what that means, and what was said."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for place, record in enumerate(recording.frames):
+        if not record.is_answered:
+            groups.setdefault((record.state, record.reason), []).append(place)
+    rows = []
+    for (state, reason), places in sorted(groups.items(), key=lambda group: -len(group[1])):
+        share = len(places) / len(recording.frames)
+        count = f"{len(places)} ({share:.1%})"
+        meaning = MEANINGS.get(reason, f"One of the {recording.leaders} could not be made into a frame.")
+        said = recording.frames[places[0]].message
+        rows.append((element("b", reason or state), state.lower(), count, axis.place(places[0]), meaning, said))
+    heading = ("reason", "", "frames", "first at", "what it means", "what was said of the first")
+    return table(heading, rows, narrow=True)
+
+
+def refused_table(recording: Recording) -> Markup:
+    """Refused messages of all topics, by code."""
+    return table(("refused messages of all topics", "how many"), recording.refused.most_common())
+
+
+def note_list(recording: Recording) -> Markup:
+    """What a user should know; empty if there is nothing."""
+    notes = [note for note in (*recording.notes, truth_frame_note(recording)) if note]
+    return element("ul", *(element("li", note) for note in notes)) if notes else Markup()
+
+
+def run_table(run_info: Mapping[str, Any]) -> Markup:
+    """Everything that run.json says."""
+    return table(("run", ""), [(name.replace("_", " "), _plain(value)) for name, value in run_info.items()])
+
+
+def changes_table(config: Config) -> Markup:
+    """What differs from the preset that is nearest to the configuration."""
+    name, changes = nearest_preset(config)
+    if not changes:
+        return element("p", "The configuration is the preset ", element("code", name), ", unchanged.")
+    rows = [(element("code", option), *values) for option, values in changes.items()]
+    return table(("option", "value", f"in preset {name}"), rows)
+
+
+def nearest_preset(config: Config) -> tuple[str, dict[str, tuple[Any, Any]]]:
+    """The preset with the fewest differences, and they: option -> (value, the preset's value)."""
+    candidates = {}
+    for name in PRESETS:
+        pairs = zip(config.options(), Config.preset(name).options(), strict=True)
+        candidates[name] = {o: (value, preset) for (o, _, value), (_, _, preset) in pairs if value != preset}
+    nearest = min(candidates, key=lambda name: len(candidates[name]))
+    return nearest, candidates[nearest]
+
+
+def length(metres: float) -> str:
+    """The length of an error or a path, to three digits, in the unit that suits it."""
+    for unit, scale in (("m", 1.0), ("cm", 100.0)):
+        if metres * scale >= 1:
+            return f"{metres * scale:.3g} {unit}"
+    return f"{1000 * metres:.2g} mm" if metres >= 1e-5 else "under 0.01 mm"
+
+
+def angle(deg: float) -> str:
+    """An angle of an error, to two digits."""
+    return f"{deg:.2g}\N{DEGREE SIGN}" if deg >= 1e-3 else "under 0.001\N{DEGREE SIGN}"
+
+
+def _plain(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
