@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vigg_ros.pictures import BODY, MAX_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
+from vigg_ros.pictures import BODY_AXES, MAX_MATCH_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
 
 BLACK = np.zeros((48, 64, 3), np.uint8)
 GAP = 6
@@ -67,7 +67,7 @@ def test_images_are_not_drawn_into():
 
 
 def test_of_many_matches_some_are_drawn_from_all_of_them():
-    v = np.linspace(0, 47, 10 * MAX_LINES)
+    v = np.linspace(0, 47, 10 * MAX_MATCH_LINES)
     pixels = np.column_stack((np.full_like(v, 30.0), v))
     rows = np.flatnonzero(lit(draw_matches(BLACK, BLACK, pixels, pixels)).any(axis=1))
     assert (rows.min(), rows.max()) == (0, 47)
@@ -127,7 +127,7 @@ def test_a_body_frame_is_drawn_like_the_same_scene_in_an_optical_frame():
     x, y, z = optical.T
     body = np.column_stack((z, -x, -y))
     np.testing.assert_array_equal(
-        draw_aligned(body, body + 0.01, axes=BODY), draw_aligned(optical, optical + (-0.01, -0.01, 0.01))
+        draw_aligned(body, body + 0.01, axes=BODY_AXES), draw_aligned(optical, optical + (-0.01, -0.01, 0.01))
     )
 
 

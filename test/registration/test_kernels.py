@@ -12,9 +12,9 @@ from vigg_ros.registration.geometric import describe, estimate_normals, voxel_do
 from vigg_ros.registration.kernels import cells
 from vigg_ros.registration.kernels.cells import CellIndex
 from vigg_ros.registration.kernels.lifting import lift_depth, lift_depth_plain
-from vigg_ros.registration.kernels.pairing import pair_surfaces, pair_surfaces_plain
-from vigg_ros.registration.kernels.surface import normals_plain
-from vigg_ros.registration.kernels.voxels import HALF_RANGE, voxel_means, voxel_means_plain
+from vigg_ros.registration.kernels.symmetric_icp import symmetric_icp_residuals, symmetric_icp_residuals_plain
+from vigg_ros.registration.kernels.normals import surface_normals_plain
+from vigg_ros.registration.kernels.voxels import HALF_RANGE_VOXELS, voxel_means, voxel_means_plain
 from vigg_ros.registration.kernels.zone import nearest_in_zone, nearest_in_zone_plain
 from vigg_ros_testing.registration_samples import motion
 
@@ -61,17 +61,17 @@ def test_voxel_means_by_hand() -> None:
 
 
 def test_voxels_at_the_edges_of_the_grid_are_told_apart() -> None:
-    far = (HALF_RANGE - 1) * 0.5
+    far = (HALF_RANGE_VOXELS - 1) * 0.5
     corners = np.array([(x, y, z) for x in (-far, far) for y in (-far, far) for z in (-far, far)], np.float32)
     assert len(voxel_downsample(corners, 0.5)) == 8
-    assert len(voxel_downsample(np.float32([(0, 0, HALF_RANGE * 0.5), (1, 2, 3)]), 0.5)) == 1
+    assert len(voxel_downsample(np.float32([(0, 0, HALF_RANGE_VOXELS * 0.5), (1, 2, 3)]), 0.5)) == 1
     assert voxel_downsample(np.empty((0, 3), np.float32), 0.5).shape == (0, 3)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_normals_equal_their_twin(seed: int) -> None:
     points = voxel_downsample(sheet(seed), 0.03)
-    found, expected = estimate_normals(points, 0.08), normals_plain(points, 0.08)
+    found, expected = estimate_normals(points, 0.08), surface_normals_plain(points, 0.08)
     known = np.any(expected != 0, axis=1)
     assert known.mean() > 0.9
     np.testing.assert_array_equal(np.any(found != 0, axis=1), known)
@@ -94,13 +94,13 @@ def test_normals_of_a_plane_are_known() -> None:
 @pytest.mark.parametrize("count", [1, 3])
 def test_too_few_neighbours_have_no_normal(count: int) -> None:
     assert not estimate_normals(cloud(0, count, 0.01), 0.1).any()
-    assert not normals_plain(cloud(0, count, 0.01), 0.1).any()
+    assert not surface_normals_plain(cloud(0, count, 0.01), 0.1).any()
 
 
 def test_points_in_one_place_have_no_normal() -> None:
     points = np.tile(np.float32([0.3, 0.2, 2.0]), (9, 1))
     assert not estimate_normals(points, 0.1).any()
-    assert not normals_plain(points, 0.1).any()
+    assert not surface_normals_plain(points, 0.1).any()
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -109,7 +109,7 @@ def test_points_on_a_line_have_no_normal(seed: int) -> None:
     along = rng.normal(size=3)
     points = (np.outer(np.arange(40) * 0.02, along / np.linalg.norm(along)) + (0.3, 0.2, 2)).astype(np.float32)
     assert not estimate_normals(points, 0.07).any()
-    assert not normals_plain(points, 0.07).any()
+    assert not surface_normals_plain(points, 0.07).any()
     # One point beside it, 1 cm off, makes a strip; its normal is at right angles to the line.
     strip = np.concatenate((points, points[20:21] + np.float32([0.006, -0.008, 0])))
     known = estimate_normals(strip, 0.07)[20]
@@ -233,15 +233,15 @@ def facing(points: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.2, 0.25])
-def test_pair_surfaces_equals_its_twin(radius: float) -> None:
+def test_symmetric_icp_residuals_equals_its_twin(radius: float) -> None:
     points, target = cloud(2, 400), cloud(3, 600)
     normals, target_normals = facing(points, 0), facing(target, 1)
     T = motion((5, -3, 2), (0.05, 0.02, -0.1))
     index = CellIndex.build(target, 0.25)
-    rows, values, jacobian = pair_surfaces(
+    rows, values, jacobian = symmetric_icp_residuals(
         (points, normals), T, (target[index.order], target_normals[index.order]), index.lookup(), radius, 0.5
     )
-    wanted = pair_surfaces_plain((points, normals), T, (target, target_normals), radius=radius, min_cosine=0.5)
+    wanted = symmetric_icp_residuals_plain((points, normals), T, (target, target_normals), radius=radius, min_cosine=0.5)
     assert 0 < len(rows) < 400
     np.testing.assert_array_equal(rows, wanted[0])
     np.testing.assert_allclose(values, wanted[1], atol=1e-7)
@@ -253,7 +253,7 @@ def test_points_far_off_pair_with_nothing() -> None:
     index = CellIndex.build(target, 0.25)
     points = np.float32([(1e6, 0, 0), (-1e6, 0, 0), (0, 0, 1e30), (np.nan, 0, 2), (0.3, -0.2, -5)])
     lying = target[index.order], facing(target, 0)[index.order]
-    rows, values, jacobian = pair_surfaces((points, points), np.eye(4), lying, index.lookup(), 0.25, -1.0)
+    rows, values, jacobian = symmetric_icp_residuals((points, points), np.eye(4), lying, index.lookup(), 0.25, -1.0)
     assert (len(rows), values.shape, jacobian.shape) == (0, (0,), (0, 6))
 
 
