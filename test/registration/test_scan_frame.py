@@ -154,12 +154,6 @@ def test_extrinsics_without_the_turn_to_the_optical_frame_are_refused(
     assert caught.value.code == "NO_DEPTH"
 
 
-def test_a_cloud_without_points_is_refused() -> None:
-    with pytest.raises(DataError, match="0 of 0 points") as caught:
-        frame_of(np.empty((0, 3), np.float32))
-    assert caught.value.code == "NO_DEPTH"
-
-
 def test_points_that_are_not_finite_go_with_their_times() -> None:
     points = at_depth(grid(20), 10.0)
     points[::5] = (np.nan, 0, 1)
@@ -191,32 +185,42 @@ def test_within_view_keeps_what_the_camera_sees() -> None:
     np.testing.assert_array_equal(frame.points_at(pixels), frame_of(points).points_at(pixels))
 
 
-@pytest.mark.parametrize(
-    "points",
-    [np.zeros((60, 4), np.float32), np.zeros(60, np.float32), np.zeros((60, 3), np.int32)],
-    ids=["intensity too", "flat", "integers"],
-)
-def test_points_of_another_shape_or_type_are_refused(points: NDArray[Any]) -> None:
-    with pytest.raises(DataError, match=r"expected floating-point metres of shape \(N, 3\)") as caught:
-        frame_of(points)
-    assert caught.value.code == "POINTS_SHAPE"
-
-
 def spoiled(row: int, column: int, value: float) -> NDArray[np.float64]:
     T_camera_points = np.eye(4)
     T_camera_points[row, column] = value
     return T_camera_points
 
 
+AHEAD = at_depth(grid(20), 10.0)
+
+
 @pytest.mark.parametrize(
-    "T_camera_points",
-    [np.eye(3), spoiled(0, 3, np.nan), spoiled(0, 0, -1.0), spoiled(0, 1, 0.1), spoiled(3, 2, 1.0), 2 * np.eye(4)],
-    ids=["3 x 3", "NaN", "mirror", "shear", "projective", "scaled"],
-)
-def test_extrinsics_that_are_not_rigid_are_refused(T_camera_points: NDArray[np.float64]) -> None:
-    with pytest.raises(DataError, match="orthonormal rotation") as caught:
-        frame_of(at_depth(grid(20), 10.0), T_camera_points)
-    assert caught.value.code == "BAD_EXTRINSICS"
+    ("points", "T_camera_points", "code", "expected"),
+    [
+        (np.zeros((60, 4), np.float32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (np.zeros((60, 2), np.float32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (np.zeros(60, np.float32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (np.zeros((60, 3), np.int32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (AHEAD, np.eye(3), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(0, 3, np.nan), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(0, 0, -1.0), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(0, 1, 0.1), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(3, 2, 1.0), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, 2 * np.eye(4), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (np.empty((0, 3), np.float32), None, "NO_DEPTH", "0 of 0 points"),
+        (-AHEAD, None, "NO_DEPTH", "T_camera_points takes points to the optical frame"),
+    ],
+    ids=[
+        "intensity too", "two columns", "flat", "integers", "3 x 3", "NaN", "mirror", "shear", "projective", "scaled",
+        "no points", "behind",
+    ],
+)  # fmt: skip
+def test_scans_that_do_not_fit_are_refused(
+    points: NDArray[Any], T_camera_points: NDArray[np.float64] | None, code: str, expected: str
+) -> None:
+    with pytest.raises(DataError, match=expected) as caught:
+        frame_of(points, T_camera_points)
+    assert caught.value.code == code
 
 
 def test_extrinsics_printed_with_four_digits_are_accepted() -> None:
