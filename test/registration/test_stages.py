@@ -72,11 +72,7 @@ def test_no_stage_begins_once_the_time_is_used_up() -> None:
     assert slow(0) == 0, "outside there is no limit"
 
 
-def test_no_budget_is_no_limit() -> None:
+def test_no_budget_is_no_limit_and_the_function_keeps_its_name() -> None:
     with time_limit(0):
         assert slow(0.001) == 0.001
-
-
-def test_the_function_keeps_its_name() -> None:
-    assert slow.__name__ == "slow"
-    assert slow.__doc__ == "Waits."
+    assert (slow.__name__, slow.__doc__) == ("slow", "Waits.")
