@@ -6,11 +6,11 @@ BIN := .venv/bin
 BAG := bags/room_rgbd
 RATE := 1
 
-.PHONY: help demo live test lint fuzz trials results clean
+.PHONY: help demo live test test-all lint fuzz trials results clean
 .DEFAULT_GOAL := help
 
 help:  ## list these targets
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
 
 demo:  ## replay the bundled bag; ends with the table of errors and the path of the report
 	@tools/bootstrap.sh
@@ -20,7 +20,11 @@ live:  ## the node on the bundled bag over ROS 2 from PyPI, with a live table; R
 	@tools/bootstrap.sh ros
 	@$(BIN)/vigg live $(BAG) --rate $(RATE)
 
-test:  ## run the tests; skipped ones are listed with their reason
+test:  ## run the tests but those marked slow; skipped ones are listed with their reason
+	@tools/bootstrap.sh dev
+	@$(BIN)/python -m pytest -rs -m "not slow" $(PYTEST_ARGS)
+
+test-all:  ## run all tests, as CI does
 	@tools/bootstrap.sh dev
 	@$(BIN)/python -m pytest -rs $(PYTEST_ARGS)
 

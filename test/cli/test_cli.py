@@ -98,13 +98,6 @@ def test_replay_leaves_what_the_design_lists_and_the_same_bytes_again(bag: Path,
     assert (tmp_path / "again" / "trajectory.tum").read_bytes() == (output / "trajectory.tum").read_bytes()
 
 
-def test_a_config_for_scans_is_noted_but_taken(bag: Path, tmp_path: Path, capsys) -> None:
-    main(["replay", str(bag), "--config", "lidar", "--output", str(tmp_path / "out")])
-    shown = capsys.readouterr()
-    assert [line for line in shown.err.splitlines() if line.endswith("leave --config out, or give --config rgbd")]
-    assert "configuration    lidar, as asked for" in shown.out
-
-
 def test_an_existing_output_is_refused_and_kept(bag: Path, tmp_path: Path, capsys) -> None:
     (tmp_path / "kept").write_text("mine")
     assert main(["replay", str(bag), "--output", str(tmp_path)]) == 2
