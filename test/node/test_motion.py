@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.node.sensor_mount import MOUNTS, Mount, MountFinder, patient
-from vigg_ros.node.twist import Placed, se3_log, twist_between
+from vigg_ros.tracking.sensor_mount import MOUNTS, Mount, MountFinder, patient
+from vigg_ros.tracking.twist import Placed, se3_log, twist_between
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.tracking.chain import UncertainPose

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vigg_ros.bench.worlds import HandheldLoop, render_rgbd, room
 from vigg_ros.node.answer import Answer
 from vigg_ros.node.scheduler import Pipeline
-from vigg_ros.node.sensor_mount import Mount, MountFinder
+from vigg_ros.tracking.sensor_mount import Mount, MountFinder
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.config import Config
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage
