@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -67,11 +67,11 @@ class Pipeline:
 
     def feed(self, role: Role, message: Any) -> list[FrameResult]:
         """All results that are certain once this message of rclpy or rosbags is known."""
-        return [self._finish(one) for one in self.receive(role, message).found]
+        return self.finish(self.receive(role, message).found)
 
     def flush(self) -> list[FrameResult]:
         """What is left at the end of a recording."""
-        return [self._finish(one) for one in self.remaining()]
+        return self.finish(self.remaining())
 
     def remaining(self) -> tuple[FrameResult | Match, ...]:
         """As ``flush``, but no frame is built yet."""
@@ -107,6 +107,11 @@ class Pipeline:
         """Register a frame."""
         return replace(self._registrar.step(synced.frame, session=synced.session), frame_id=synced.frame_id)
 
+    def finish(self, found: Iterable[FrameResult | Match]) -> list[FrameResult]:
+        """Build and track what was received, at once and in order."""
+        built = (one if isinstance(one, FrameResult) else self.build(one) for one in found)
+        return [one if isinstance(one, FrameResult) else self.track(one) for one in built]
+
     def restart(self) -> list[FrameResult]:
         """Forget stamps and keyframes, as before a recording; what waited for a partner is discarded."""
         waiting = self._assembler.restart()
@@ -126,12 +131,6 @@ class Pipeline:
     def configure(self, config: Config) -> None:
         """Other options of the method from the next frame on."""
         self._registrar.configure(config)
-
-    def _finish(self, one: FrameResult | Match) -> FrameResult:
-        if isinstance(one, FrameResult):
-            return one
-        built = self.build(one)
-        return built if isinstance(built, FrameResult) else self.track(built)
 
     def _settled(self, matched: list[Match | Refusal]) -> tuple[FrameResult | Match, ...]:
         """Matches as they are, refusals that lead as results; each refusal is counted."""
