@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
+from vigg_ros.acceptance.agreement import Agreement, agreement
 from vigg_ros.registration import Camera
-from vigg_ros.registration.visibility import Agreement, DepthView, ScanView, agreement
+from vigg_ros.registration.visibility import DepthView, ScanView
 
 Array = NDArray[np.float64]
 

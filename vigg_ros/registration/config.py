@@ -15,8 +15,8 @@ from typing import Any
 import yaml
 
 from vigg_ros.registration.errors import ConfigError
-from vigg_ros.registration.limits import MAX_CELLS_PER_AXIS
 from vigg_ros.registration.options import (
+    MAX_CELLS_PER_AXIS,
     CliqueConfig,
     GeometricConfig,
     InputConfig,

@@ -11,6 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+MAX_CELLS_PER_AXIS = 2**20
+"""Bounds ranges against radii: three axes of this many cells fit one int64 key of the kernels, with a margin of one
+cell on each side."""
+
 
 def option(
     default: Any,

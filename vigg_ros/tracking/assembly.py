@@ -83,8 +83,12 @@ class FrameAssembler:
 
     def flush(self) -> list[Assembled]:
         """What is left at the end of a recording."""
+        return [self._assemble(found) for found in self.remaining()]
+
+    def remaining(self) -> list[Match | Refusal]:
+        """As ``flush``, but frames are not built yet."""
         self._waiting.extend(self._pairing.flush())
-        return [self._assemble(found) for found in self._release(at_end=True)]
+        return self._release(at_end=True)
 
     def match(self, observation: Observation) -> list[Match | Refusal]:
         """As ``add``, but frames are not built yet: that takes time, which is saved for those that are dropped."""
@@ -101,8 +105,7 @@ class FrameAssembler:
 
     def restart(self) -> list[Match | Refusal]:
         """Forget all stamps, as before a recording; the calibration holds on. What waited is returned, unbuilt."""
-        self._waiting.extend(self._pairing.flush())
-        waiting = self._release(at_end=True)
+        waiting = self.remaining()
         self._pairing = Pairing(self._slop_ns, self._queue_size)
         self._loops_before = self._session[0]
         return waiting
