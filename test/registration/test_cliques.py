@@ -71,10 +71,6 @@ def total(clique: tuple[int, ...], weight: Weights) -> float:
     return float(weight[np.ix_(clique, clique)].astype(float).sum() / 2)
 
 
-def heaviest(node: int, cliques: set[tuple[int, ...]], weight: Weights) -> float:
-    return max(total(clique, weight) for clique in cliques if node in clique)
-
-
 @pytest.mark.parametrize("count", [3, 64, 65, 200])
 def test_a_complete_graph_is_one_clique(count: int) -> None:
     assert cliques_of(by_nodes(parts([1] * count), np.ones(count))) == {tuple(range(count))}
@@ -132,21 +128,9 @@ def test_at_the_bound_each_node_has_at_least_its_greedy_clique(max_work: int) ->
         for other in np.argsort(-weight[node], kind="stable"):
             if all(weight[other, member] > 0 for member in greedy):
                 greedy.append(int(other))
-        held = heaviest(node, found, weight)
+        held = max(total(clique, weight) for clique in found if node in clique)
         # float32 sums of 190 weights up to 120, in another order
         assert held >= total(tuple(sorted(greedy)), weight) * (1 - 1e-5)
-
-
-def test_more_work_does_not_give_lighter_cliques() -> None:
-    rng = np.random.default_rng(5)
-    weight = symmetric((rng.random((60, 60)) < 0.7) * rng.uniform(0.5, 1, (60, 60)))
-    sums = []
-    for max_work in (0, 2_000, 100_000, 10_000_000):
-        found = cliques_of(weight, max_work=max_work)
-        assert all(is_maximal_clique(clique, weight) for clique in found)
-        sums.append(sum(heaviest(node, found, weight) for node in range(60)))
-    assert sums == sorted(sums)
-    assert sums[-1] > sums[0], "the search found something that greed did not"
 
 
 @pytest.mark.hostile("Scene: a complete graph of 2,000 nodes: bounded time and memory")

@@ -93,14 +93,6 @@ def test_doubt_calls_for_everything_and_it_is_kept(studio: Studio) -> None:
         assert again.evidence.visual_inliers == len(again.visual_inliers_px)
 
 
-def test_the_method_of_the_paper_runs_whole_where_it_is_asked_for(studio: Studio) -> None:
-    pair = studio.pair((looking(), looking((0.05, 0, 0))))
-    with record_stages() as timings_ms:
-        found = answer(register(*pair, Config().replace({"geometric.always": True})))
-    assert {"global matches", "local matches"} <= set(timings_ms)
-    assert found.evidence.geometric_matches > 0
-
-
 def test_a_time_budget_that_is_used_up_is_a_rejection(studio: Studio) -> None:
     pair = studio.pair((looking(), looking((0.05, 0, 0))))
     found = register(*pair, Config().replace({"time_budget_s": 1e-9}))

@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from vigg_ros.registration.geometric import describe, estimate_normals, voxel_downsample
-from vigg_ros.registration.kernels import cells
 from vigg_ros.registration.kernels.cells import CellIndex
 from vigg_ros.registration.kernels.lifting import lift_depth, lift_depth_plain
 from vigg_ros.registration.kernels.normals import surface_normals_plain
@@ -93,15 +92,6 @@ def test_normals_equal_their_twin(seed: int) -> None:
     assert cosine.min() > 0.999
 
 
-def test_normals_of_a_plane_are_known() -> None:
-    """x + 2 y + 2 z = 6, seen from the origin: the normal towards it is -(1, 2, 2) / 3."""
-    u, v = np.linalg.svd(np.array([[1.0, 2, 2]]))[2][1:]
-    offsets = np.random.default_rng(0).uniform(-0.3, 0.3, (300, 2))
-    points = np.array([6 / 9, 12 / 9, 12 / 9]) + offsets[:, :1] * u + offsets[:, 1:] * v
-    found = estimate_normals(points.astype(np.float32), 0.15)
-    np.testing.assert_allclose(found, np.tile((-1 / 3, -2 / 3, -2 / 3), (300, 1)), atol=1e-4)
-
-
 def line(seed: int) -> tuple[Points, NDArray[np.float64]]:
     """Forty points 2 cm apart, and the unit vector (3,) along them."""
     (along,) = unit_vectors(seed, 1).astype(float)
@@ -163,16 +153,6 @@ def test_the_cells_hold_all_neighbours(seed: int) -> None:
         assert set(np.flatnonzero(near)) <= set(places)
         # Nor much more than that: 27 cells reach 2 sizes along each axis at most.
         assert (np.abs(points[index.order[places]] - query) <= 2 * size_m + 1e-5).all()
-
-
-def test_runs_equal_their_twin() -> None:
-    index = CellIndex.build(cloud(1), 0.25)
-    *_, steps = index.lookup()
-    keys = np.random.default_rng(0).integers(-3, int(np.prod(index.shape)), 500)
-    np.testing.assert_array_equal(
-        cells.runs_of_keys(keys, index.keys, index.starts, index.runs, steps),
-        cells.runs_of_keys_plain(keys, index.keys, index.starts, steps),
-    )
 
 
 def test_more_cells_than_can_be_numbered_are_refused() -> None:

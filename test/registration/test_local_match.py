@@ -50,15 +50,6 @@ def test_fewer_than_three_pseudo_inliers_are_no_prior(count: int) -> None:
     assert np.count_nonzero(found.inliers) == count
 
 
-@pytest.mark.parametrize("sigma_m", [0.003, 0.01, 0.02])
-def test_the_variance_of_gaussian_noise_is_found(sigma_m: float) -> None:
-    count = 4000
-    found = error_distribution(noisy_matches(sigma_m, count), T_TRUE, 0.1)
-    assert found.inliers.mean() > 0.9999, "0.1 m are five sigma and more"
-    # The mean of 3 count squares has a relative deviation of sqrt(2 / (3 count)): 1.3 %, here 4 of them.
-    assert found.variance_m2 == pytest.approx(sigma_m**2, rel=4 * math.sqrt(2 / (3 * count)))
-
-
 @pytest.mark.parametrize("gamma_squared", [2.0, 5.0, 10.0, 20.0])
 def test_the_zone_holds_the_share_that_chi_square_says(gamma_squared: float) -> None:
     """Squared distances over sigma^2 follow chi2 with 3 degrees of freedom, so gamma^2 = 10 holds 98.1 %."""
