@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from argparse import Namespace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -32,29 +31,22 @@ def test_a_number_may_have_an_exponent(text: str) -> None:
     assert load_config(Namespace(config="rgbd", set=[f"input.depth_scale_m={text}"])).input.depth_scale_m == 0.001
 
 
-def hostile(row: str, options: list[str], *words: str) -> Any:
-    return pytest.param(options, words, marks=pytest.mark.hostile(f"Parameters: {row}"))
-
-
-RANGE = "NaN or out of range F, or refused at run time with the old value kept"
-UNKNOWN = "unknown key F with a suggestion"
+RANGE = pytest.mark.hostile("Parameters: NaN or out of range F, or refused at run time with the old value kept")
+UNKNOWN = pytest.mark.hostile("Parameters: unknown key F with a suggestion")
+CONTRADICTION = pytest.mark.hostile("Parameters: inconsistent set refused as a whole")
+REVERSED = ["--set", "geometric.min_range_m=5", "--set", "geometric.max_range_m=4"]
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         *(
-            hostile(RANGE, ["--set", f"geometric.max_range_m={value}"], "geometric.max_range_m is", "expected")
+            pytest.param(["--set", f"geometric.max_range_m={value}"], ("max_range_m is", "expected"), marks=RANGE)
             for value in (".nan", ".inf", "-1", "1000000", "true", "'wide'")
         ),
-        hostile(UNKNOWN, ["--set", "geometric.max_rnage_m=6"], "did you mean geometric.max_range_m?"),
-        hostile(UNKNOWN, ["--config", "{tmp}/mine.yaml"], "did you mean visual.top_k?"),
-        hostile(
-            "inconsistent set refused as a whole",
-            ["--set", "geometric.min_range_m=5", "--set", "geometric.max_range_m=4"],
-            "min_range_m is 5.0",
-            "max_range_m is 4.0",
-        ),
+        pytest.param(["--set", "geometric.max_rnage_m=6"], ("did you mean geometric.max_range_m?",), marks=UNKNOWN),
+        pytest.param(["--config", "{tmp}/mine.yaml"], ("did you mean visual.top_k?",), marks=UNKNOWN),
+        pytest.param(REVERSED, ("min_range_m is 5.0", "max_range_m is 4.0"), marks=CONTRADICTION),
         (["--set", "visual.top_k"], ("visual.top_k", "OPTION=VALUE")),
         (["--set", "visual.top_k=["], ("visual.top_k",)),
         (["--set", "visual.top_k=3=4"], ("visual.top_k",)),

@@ -206,19 +206,3 @@ def test_nearest_in_zone_equals_its_twin(radius: float) -> None:
     np.testing.assert_allclose(similarity, cosine, atol=1e-6)
     assert (found == -1).any()
     assert (found >= 0).any()
-
-
-@pytest.mark.parametrize(
-    ("radius", "best", "cosine"), [(0.04, -1, 0.0), (0.06, 0, 0.0), (0.10, 1, 0.6), (0.12, 2, 1.0)]
-)
-def test_the_zone_decides_before_the_feature(radius: float, best: int, cosine: float) -> None:
-    """Three points at 5, 9 and 11 cm; the farthest is the most similar, the nearest the least."""
-    points = np.float32([(0.05, 0, 2), (0.09, 0, 2), (0.11, 0, 2)])
-    features = np.float32([(0, 1, 0), (0.6, 0.8, 0), (1, 0, 0)])
-    query, wanted = np.float32([(0, 0, 2)]), np.float32([(1, 0, 0)])
-    index = CellIndex.build(points, 0.2)
-    (found,), similarity = nearest_in_zone(
-        query, wanted, points[index.order], features[index.order], index.runs_at(query), radius
-    )
-    assert (index.order[found] if found >= 0 else -1) == best
-    assert similarity == pytest.approx(cosine, abs=1e-6)
