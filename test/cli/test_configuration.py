@@ -19,13 +19,6 @@ from vigg_ros.registration.config import Config
 BAG = Path(__file__).parents[2] / "bags" / "room_rgbd"
 
 
-@pytest.mark.hostile("Parameters: Integer for a double A")
-def test_an_integer_is_taken_for_a_real_number() -> None:
-    config = load_config(Namespace(config="rgbd", set=["geometric.max_range_m=6"]))
-    assert config.geometric.max_range_m == 6.0
-    assert isinstance(config.geometric.max_range_m, float)
-
-
 @pytest.mark.parametrize("text", ["1e-3", "1.0e-3", "0.001", "1E-03"])
 def test_a_number_may_have_an_exponent(text: str) -> None:
     assert load_config(Namespace(config="rgbd", set=[f"input.depth_scale_m={text}"])).input.depth_scale_m == 0.001

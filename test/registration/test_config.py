@@ -138,22 +138,20 @@ def test_what_is_written_is_read_back(name: str, tmp_path: Path) -> None:
 
 def test_presets() -> None:
     assert Config.preset("rgbd") == Config()
-    # The paper's numbers, as DESIGN.md lists them.
-    for preset, numbers in {
-        "rgbd": (0.025, 0.10, 5000, 150, 0.9, 10.0, 3),
-        "rgbd_paper": (0.025, 0.10, 5000, 150, 0.9, 10.0, 3),
-        "lidar": (0.3, 0.60, 10000, 300, 0.9, 10.0, 3),
-    }.items():
-        config = Config.preset(preset)
-        assert numbers == (
-            config.geometric.voxel_size_m,
-            config.cliques.inlier_threshold_m,
-            config.geometric.sample_k,
-            config.visual.top_k,
-            config.cliques.score_threshold,
-            config.local_match.gamma_squared,
-            config.local_match.iterations,
-        )
+    # The paper's numbers.
+    numbers = {
+        "geometric.voxel_size_m": (0.025, 0.3),
+        "cliques.inlier_threshold_m": (0.10, 0.60),
+        "geometric.sample_k": (5000, 10000),
+        "visual.top_k": (150, 300),
+        "cliques.score_threshold": (0.9, 0.9),
+        "local_match.gamma_squared": (10.0, 10.0),
+        "local_match.iterations": (3, 3),
+    }
+    rgbd, lidar = (
+        {name: value for name, _, value in Config.preset(preset).options()} for preset in ("rgbd_paper", "lidar")
+    )
+    assert {name: (rgbd[name], lidar[name]) for name in numbers} == numbers
     with pytest.raises(ConfigError, match=r"unknown preset 'rgb'; did you mean rgbd"):
         Config.preset("rgb")
 
