@@ -17,14 +17,14 @@ from vigg_ros.node.worker import Worker
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.observation import Observation
-from vigg_ros.tracking.assembly import FrameAssembler, Match, Refusal
+from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedMessages
 from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.registrar import Registrar
 
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    match: Match
+    match: SyncedMessages
     generation: int
     arrived_s: float
 
@@ -32,7 +32,7 @@ class _Job:
 class Pipeline:
     """Observations in, one answer for each leading message out.
 
-    Matching happens in the caller's thread; frames are built and registered in a worker's, where ``publish`` is
+    Pairing happens in the caller's thread; frames are built and registered in a worker's, where ``publish`` is
     called too. ``publish`` never runs twice at a time, and never again with a pose from before a reset that has
     returned. It may raise where the answer was not published: the frame is then answered with an INTERNAL_ERROR.
     """
@@ -72,12 +72,12 @@ class Pipeline:
 
         Refusals that lead have been answered.
         """
-        found = self._assembler.match(observation)
+        found = self._assembler.synchronize(observation)
         refusals = [one for one in found if isinstance(one, Refusal)]
         for refusal in refusals:
             if refusal.leads:
                 self.refuse(refusal.stamp_ns, refusal.code, refusal.message)
-        matches = (one for one in found if isinstance(one, Match))
+        matches = (one for one in found if isinstance(one, SyncedMessages))
         self._take([_Job(match, self._generation, arrived_s) for match in matches])
         # Where a partner is missing nothing is wrong with the message; all others are of this observation.
         return [one for one in refusals if one.code != "UNPAIRED"]
@@ -176,7 +176,7 @@ class Pipeline:
             else:
                 self._discard(job.match)
 
-    def _discard(self, one: Match | Refusal) -> None:
+    def _discard(self, one: SyncedMessages | Refusal) -> None:
         session = one.session + self._generation
         message = "a reset came before this frame was answered"
         self._answer(Answer(one.stamp_ns, session, Fate.DISCARDED.value, "RESET", message))
