@@ -222,6 +222,9 @@ def test_from_a_second_on_it_is_a_new_loop() -> None:
     again = START_NS - 1_000_000_000
     done = run([(FIRST, START_NS), (SECOND, START_NS), (FIRST, again), (SECOND, again)], SLOP * MS, flush=False)
     assert done == [SyncedPair(START_NS, START_NS, 0), SyncedPair(again, again, 1)]
+    # In the loop that the first topic has left nothing nearer can come.
+    done = run([(FIRST, START_NS), (FIRST, again), (SECOND, START_NS + MS)], SLOP * MS, flush=False)
+    assert done == [SyncedPair(START_NS, START_NS + MS, 0)]
 
 
 def recording() -> list[Arrival]:

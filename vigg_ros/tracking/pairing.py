@@ -118,8 +118,8 @@ class _Loop(Generic[_A, _B]):
         towards later ones. What the two extremes agree on therefore holds for all that lies between them.
         """
         first, second = self.queues
-        if not first.stamps or second.passed_ns < first.stamps[0] - self._slop_ns:
-            return []
+        if not first.stamps or second.passed_ns < first.stamps[0]:
+            return []  # an equal stamp may come
         earliest = assign([*first.stamps, *first.most_to_come(second.stamps)], second.stamps, self._slop_ns)
         latest = assign(first.stamps, [*second.stamps, *second.most_to_come(first.stamps)], self._slop_ns)
         agreed = takewhile(lambda both: both[0] == both[1], zip(earliest, latest, strict=False))
