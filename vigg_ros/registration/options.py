@@ -150,6 +150,11 @@ class PairingConfig:
         0.02, "largest difference of stamps in a pair, inclusive; at most half a frame", unit="s", low=0.0, high=1.0
     )
     queue_size: int = option(30, "unpaired messages kept for each topic", low=2, high=10000)
+    reuse_depth: bool = option(
+        False,
+        "on where depth comes at a lower rate than images: an image that has no depth image of its own (a scan that "
+        "has no image) takes the nearest within sync_slop_s although another has it too",
+    )
 
 
 @dataclass(frozen=True, slots=True)
