@@ -42,7 +42,7 @@ def pair(at_ms: int) -> tuple[ColourImage, DepthImage]:
     return colour(at_ms), depth(at_ms)
 
 
-def assemble_all(observations: Iterable[Observation], *, flush: bool = True) -> list[Assembled]:
+def built(observations: Iterable[Observation], *, flush: bool = True) -> list[Assembled]:
     assembler = FrameAssembler(PAIRING)
     return assemble(assembler, *observations, end=flush)
 
@@ -57,7 +57,7 @@ def summary(assembled: Iterable[Assembled]) -> list[tuple[int, str]]:
 
 
 def test_a_frame_has_the_stamp_and_name_of_its_colour_image_and_the_depth_beside_it() -> None:
-    (made,) = assemble_all([calibration(), depth(15, metres=2.5), colour(10, grey=7), depth(90)])
+    (made,) = built([calibration(), depth(15, metres=2.5), colour(10, grey=7), depth(90)])
     assert isinstance(made, SyncedFrame)
     assert (made.frame.stamp_ns, made.frame_id, made.session) == (START_NS + 10 * MS, "optical", 0)
     assert (made.frame.image == 7).all()
@@ -68,8 +68,8 @@ def test_a_frame_has_the_stamp_and_name_of_its_colour_image_and_the_depth_beside
 @pytest.mark.hostile("CameraInfo: missing: WAITING")
 def test_frames_wait_for_the_first_calibration() -> None:
     early = [*pair(0), *pair(100), *pair(200)]
-    assert assemble_all(early, flush=False) == []
-    assert summary(assemble_all([*early, calibration(300)], flush=False)) == [(0, "frame"), (100, "frame"), (200, "frame")]
+    assert built(early, flush=False) == []
+    assert summary(built([*early, calibration(300)], flush=False)) == [(0, "frame"), (100, "frame"), (200, "frame")]
 
 
 def test_what_waits_too_long_for_a_calibration_is_refused() -> None:
@@ -82,15 +82,15 @@ def test_what_waits_too_long_for_a_calibration_is_refused() -> None:
 
 
 def test_an_unpaired_image_is_refused_in_its_place_and_needs_no_calibration() -> None:
-    assert summary(assemble_all([colour(0), depth(100), colour(100)], flush=False)) == [(0, "UNPAIRED")]
-    done = assemble_all([calibration(), *pair(0), colour(100), *pair(200), colour(300), depth(330)])
+    assert summary(built([colour(0), depth(100), colour(100)], flush=False)) == [(0, "UNPAIRED")]
+    done = built([calibration(), *pair(0), colour(100), *pair(200), colour(300), depth(330)])
     assert summary(done) == [(0, "frame"), (100, "UNPAIRED"), (200, "frame"), (300, "UNPAIRED")]
     assert "no depth image" in done[1].message  # type: ignore[union-attr]
 
 
 @pytest.mark.hostile("Image: depth and image of different size R")
 def test_depth_of_another_size_is_refused_and_the_next_frame_is_not() -> None:
-    done = assemble_all([calibration(), colour(0), depth(0, (3, 4)), *pair(100)])
+    done = built([calibration(), colour(0), depth(0, (3, 4)), *pair(100)])
     assert summary(done) == [(0, "DEPTH_SIZE"), (100, "frame")]
     assert "(3, 4)" in done[0].message  # type: ignore[union-attr]
 
@@ -100,7 +100,7 @@ SIZE_ROW = pytest.mark.hostile("Image: image and CameraInfo of different size bu
 
 @SIZE_ROW
 def test_an_image_of_another_aspect_is_refused() -> None:
-    done = assemble_all([calibration(), colour(0, (6, 12, 3)), depth(0, (6, 12)), *pair(100)])
+    done = built([calibration(), colour(0, (6, 12, 3)), depth(0, (6, 12)), *pair(100)])
     assert summary(done) == [(0, "CALIBRATION_SIZE"), (100, "frame")]
     assert "12x6" in done[0].message  # type: ignore[union-attr]
     assert "8x6" in done[0].message  # type: ignore[union-attr]
@@ -108,11 +108,11 @@ def test_an_image_of_another_aspect_is_refused() -> None:
 
 @SIZE_ROW
 def test_an_image_of_equal_aspect_gets_a_scaled_camera() -> None:
-    (made,) = assemble_all([calibration(), colour(0, (12, 16, 3)), depth(0, (12, 16))])
+    (made,) = built([calibration(), colour(0, (12, 16, 3)), depth(0, (12, 16))])
     assert isinstance(made, SyncedFrame)
     # Twice the size: the edge of the first pixel stays at -0.5, so 3.5 goes to 2 (3.5 + 0.5) - 0.5.
     assert made.frame.camera == Camera(16, 12, 14.0, 14.0, 7.5, 5.5)
-    refused = assemble_all([calibration(cropped=True), colour(0, (12, 16, 3)), depth(0, (12, 16))])
+    refused = built([calibration(cropped=True), colour(0, (12, 16, 3)), depth(0, (12, 16))])
     assert summary(refused) == [(0, "CALIBRATION_SIZE")]
 
 
@@ -123,7 +123,7 @@ def test_raw_images_are_rectified_together_with_their_depth() -> None:
     image = np.tile(np.arange(8, dtype=np.uint8) * 10, (6, 1))
     metres = np.tile(np.arange(1, 9, dtype=np.float32), (6, 1))
     raw = ColourImage(START_NS, "optical", image), DepthImage(START_NS, "optical", metres)
-    (made,) = assemble_all([calibration(camera=shifted, rectifier=rectifier), *raw])
+    (made,) = built([calibration(camera=shifted, rectifier=rectifier), *raw])
     assert isinstance(made, SyncedFrame)
     # Column u of the rectified image shows column u + 1 of the raw one; the last shows nothing.
     assert made.frame.image[2, :7].tolist() == [10, 20, 30, 40, 50, 60, 70]
@@ -135,7 +135,7 @@ def test_raw_images_are_rectified_together_with_their_depth() -> None:
 def test_another_calibration_starts_another_session() -> None:
     fx_px = [7.0, 7.0, 9.0, 9.0, 7.0]
     cameras = [replace(CAMERA, fx_px=value) for value in fx_px]
-    done = assemble_all(one for k, camera in enumerate(cameras) for one in (calibration(100 * k, camera), *pair(100 * k)))
+    done = built(one for k, camera in enumerate(cameras) for one in (calibration(100 * k, camera), *pair(100 * k)))
     assert [item.session for item in done] == [0, 0, 1, 1, 2]
     assert [item.frame.camera.fx_px for item in done] == fx_px  # type: ignore[union-attr]
 
@@ -143,7 +143,7 @@ def test_another_calibration_starts_another_session() -> None:
 @pytest.mark.hostile("System: publisher restarts with another resolution A")
 def test_a_publisher_that_restarts_with_another_resolution() -> None:
     large = Camera(16, 8, 14.0, 14.0, 7.5, 3.5)
-    done = assemble_all(
+    done = built(
         [calibration(), *pair(0), calibration(100, large), colour(100, (8, 16, 3)), depth(100, (8, 16)), *pair(200)]
     )
     assert summary(done) == [(0, "frame"), (100, "frame"), (200, "CALIBRATION_SIZE")]
@@ -155,14 +155,14 @@ BACK_ROW = pytest.mark.hostile("Stamps: back by less than 1 s R, by more: reset"
 
 @BACK_ROW
 def test_a_clock_that_jumps_back_starts_another_session() -> None:
-    done = assemble_all([calibration(), *pair(5000), *pair(5100), *pair(1000), *pair(1100)])
+    done = built([calibration(), *pair(5000), *pair(5100), *pair(1000), *pair(1100)])
     assert summary(done) == [(5000, "frame"), (5100, "frame"), (1000, "frame"), (1100, "frame")]
     assert [item.session for item in done] == [0, 0, 1, 1]
 
 
 @BACK_ROW
 def test_late_and_duplicate_images_are_refused_by_code() -> None:
-    done = assemble_all([calibration(), *pair(1000), colour(1000), colour(500), depth(1000), *pair(1100)])
+    done = built([calibration(), *pair(1000), colour(1000), colour(500), depth(1000), *pair(1100)])
     assert Counter(code for _, code in summary(done)) == {"frame": 2, "STAMP_DUPLICATE": 2, "STAMP_LATE": 1}
     leads = {(item.code, item.leads) for item in done if isinstance(item, Refusal)}
     assert leads == {("STAMP_DUPLICATE", True), ("STAMP_LATE", True), ("STAMP_DUPLICATE", False)}
@@ -171,7 +171,7 @@ def test_late_and_duplicate_images_are_refused_by_code() -> None:
 
 def test_sessions_by_clock_and_by_camera_do_not_cancel() -> None:
     other = replace(CAMERA, fx_px=9.0)
-    done = assemble_all([calibration(), *pair(5000), *pair(1000), calibration(0, other), *pair(1100), *pair(0), *pair(100)])
+    done = built([calibration(), *pair(5000), *pair(1000), calibration(0, other), *pair(1100), *pair(0), *pair(100)])
     sessions = [item.session for item in done]
     assert sessions == sorted(sessions)
     assert len(set(sessions)) == 4
@@ -179,8 +179,8 @@ def test_sessions_by_clock_and_by_camera_do_not_cancel() -> None:
 
 def test_what_is_no_colour_image_gives_nothing() -> None:
     truth = StampedPose(START_NS, "map", "optical", np.eye(4))
-    assert summary(assemble_all([truth, calibration(), truth, *pair(0), truth], flush=False)) == [(0, "frame")]
-    assert assemble_all([]) == assemble_all([truth]) == assemble_all([calibration()]) == assemble_all([depth(0)]) == []
+    assert summary(built([truth, calibration(), truth, *pair(0), truth], flush=False)) == [(0, "frame")]
+    assert built([]) == built([truth]) == built([calibration()]) == built([depth(0)]) == []
 
 
 stamps_ms = st.integers(0, 300).map(lambda k: 10 * k)
@@ -193,7 +193,7 @@ observations = st.one_of(
 
 @given(st.lists(observations, max_size=40))
 def test_every_colour_image_is_accounted_for_exactly_once(recording: list[Observation]) -> None:
-    done = assemble_all(recording)
+    done = built(recording)
     frames = [item for item in done if isinstance(item, SyncedFrame)]
     refusals = [item for item in done if isinstance(item, Refusal)]
     got = [item.frame.stamp_ns for item in frames] + [item.stamp_ns for item in refusals if item.leads]

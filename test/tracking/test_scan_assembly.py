@@ -58,7 +58,7 @@ def linked(*links: tuple[str, str, NDArray[np.float64]]) -> StaticTree:
 CAR = linked(("base_link", "lidar", T_BASE_LIDAR), ("base_link", "optical", T_BASE_CAMERA))
 
 
-def assemble_all(
+def built(
     observations: Iterable[Observation], tree: StaticTree = CAR, config: PairingConfig = PAIRING
 ) -> list[Assembled]:
     assembler = FrameAssembler(config, tree.lookup)
@@ -72,7 +72,7 @@ def frames(assembled: list[Assembled]) -> list[SyncedFrame]:
 
 
 def test_a_frame_has_the_stamp_and_the_frame_of_its_scan() -> None:
-    (synced,) = frames(assemble_all([calibration(), image(3, 77), scan(0)]))
+    (synced,) = frames(built([calibration(), image(3, 77), scan(0)]))
     assert synced.frame_id == "lidar"
     assert synced.frame.stamp_ns == START_NS
     assert (synced.frame.image == 77).all()
@@ -80,14 +80,14 @@ def test_a_frame_has_the_stamp_and_the_frame_of_its_scan() -> None:
 
 
 def test_points_are_seen_through_the_chain_of_static_transforms() -> None:
-    (synced,) = frames(assemble_all([calibration(), image(0), scan(0)]))
+    (synced,) = frames(built([calibration(), image(0), scan(0)]))
     # The wall was made of these pixels; float32 metres at 10 m are good for 0.0001 px.
     np.testing.assert_allclose(synced.frame.points_at(np.array([[20.0, 36.0]])), wall()[[2 * 32 + 1]], atol=0)
 
 
 def test_times_of_points_come_along() -> None:
     times_s = np.linspace(-0.05, 0.05, len(wall()))
-    (synced,) = frames(assemble_all([calibration(), image(0), scan(0, times_s=times_s)]))
+    (synced,) = frames(built([calibration(), image(0), scan(0, times_s=times_s)]))
     kept = synced.frame.scan_with_times()
     assert kept is not None
     np.testing.assert_array_equal(kept[1], times_s)
@@ -98,7 +98,7 @@ def test_a_camera_faster_than_the_scanner_gives_each_scan_its_nearest_image() ->
     images = [image(33 * k + 11, k) for k in range(31)]
     scans = [scan(100 * k) for k in range(1, 10)]
     stream: list[Observation] = [calibration(), *sorted([*images, *scans], key=lambda item: item.stamp_ns)]
-    found = frames(assemble_all(stream))
+    found = frames(built(stream))
     assert [item.frame.stamp_ns for item in found] == [item.stamp_ns for item in scans]
     nearest = [min(range(31), key=lambda k: abs(33 * k + 11 - at_ms)) for at_ms in range(100, 1000, 100)]
     assert [int(item.frame.image[0, 0]) for item in found] == nearest
@@ -109,7 +109,7 @@ def test_a_scanner_faster_than_the_camera_accounts_for_each_scan_once(reuse: boo
     """20 Hz and 10 Hz: every second scan has an image of its own, the others none, or the earlier of two as near."""
     images = [image(100 * k, k) for k in range(5)]
     stream = sorted([*(scan(50 * k) for k in range(9)), *images], key=lambda item: item.stamp_ns)
-    done = assemble_all([calibration(), *stream], config=replace(PAIRING, reuse_depth=reuse))
+    done = built([calibration(), *stream], config=replace(PAIRING, reuse_depth=reuse))
     grey = [int(item.frame.image[0, 0]) if isinstance(item, SyncedFrame) else item.code for item in done]
     assert grey == [k // 2 if k % 2 == 0 or reuse else "UNPAIRED" for k in range(9)]
 
@@ -117,13 +117,13 @@ def test_a_scanner_faster_than_the_camera_accounts_for_each_scan_once(reuse: boo
 def test_the_order_of_arrival_does_not_change_the_frames() -> None:
     for order in {*permutations("SSII")}:
         left = {"S": iter([scan(0), scan(100)]), "I": iter([image(4, 1), image(96, 2)])}
-        found = frames(assemble_all([calibration(), *(next(left[topic]) for topic in order)]))
+        found = frames(built([calibration(), *(next(left[topic]) for topic in order)]))
         told = [(item.frame.stamp_ns, int(item.frame.image[0, 0])) for item in found]
         assert told == [(START_NS, 1), (START_NS + 100 * MS, 2)]
 
 
 def test_scans_wait_for_the_first_calibration() -> None:
-    (synced,) = frames(assemble_all([scan(0), image(0), calibration()]))
+    (synced,) = frames(built([scan(0), image(0), calibration()]))
     assert synced.frame.stamp_ns == START_NS
 
 
@@ -138,7 +138,7 @@ def test_transforms_that_come_later_serve_the_scans_after_them() -> None:
 
 
 def test_an_image_without_a_frame_takes_that_of_its_calibration() -> None:
-    (synced,) = frames(assemble_all([calibration("optical"), image(0, frame_id=""), scan(0)]))
+    (synced,) = frames(built([calibration("optical"), image(0, frame_id=""), scan(0)]))
     np.testing.assert_allclose(synced.frame.geometry.T_camera_points, T_CAMERA_LIDAR, atol=1e-14)
 
 
@@ -166,11 +166,11 @@ OFF_THE_ROAD = linked(("optical", "lidar", flat((0.0, 0.0, -30.0))))
 def test_a_scan_without_its_company_is_refused(
     observations: list[Observation], tree: StaticTree, code: str, says: str
 ) -> None:
-    (refusal,) = assemble_all(observations, tree)
+    (refusal,) = built(observations, tree)
     assert isinstance(refusal, Refusal)
     assert (refusal.code, refusal.stamp_ns) == (code, START_NS)
     assert re.search(says, refusal.message)
 
 
 def test_images_without_a_scan_leave_no_trace() -> None:
-    assert assemble_all([calibration(), *(image(33 * k) for k in range(40))]) == []
+    assert built([calibration(), *(image(33 * k) for k in range(40))]) == []
