@@ -14,6 +14,7 @@ from rclpy.serialization import deserialize_message
 from vigg_ros.node.ros_classes import class_of
 from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
+from vigg_ros.registration.result import Registration
 from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros_testing.node_recordings import ROOM, Moment, moments, play, publish, replayed
@@ -56,8 +57,8 @@ def test_the_other_outputs_say_the_same(node: NodeProcess, peer: Peer, room: lis
     by_stamp = {record.stamp_ns: record for record in records}
     for relative in peer.heard["relative_pose"]:
         record = by_stamp[stamp_of(relative)]
-        assert record.T_keyframe_frame is not None
-        np.testing.assert_allclose(vector_of(relative.pose), vector(record.T_keyframe_frame), rtol=0, atol=1e-9)
+        assert isinstance(record.outcome, Registration)
+        np.testing.assert_allclose(vector_of(relative.pose), vector(record.outcome.T_target_source), rtol=0, atol=1e-9)
         assert relative.header.frame_id == f"keyframe_{record.keyframe_id}"
     for odom in peer.heard["odom"]:
         record = by_stamp[stamp_of(odom)]

@@ -108,7 +108,7 @@ def harness() -> Iterator[Harness]:
     one = Harness(MountFinder("", lambda target, source: None))
     yield one
     one.hold.set()
-    assert one.pipeline.stop(30.0)
+    assert one.scheduler.stop(30.0)
 
 
 def test_the_newest_frame_wins_and_each_has_one_answer(harness: Harness, views) -> None:

@@ -38,7 +38,7 @@ from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Outcome, Registration
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.sensors.header import stamp_ns
-from vigg_ros.tracking.assembly import Match, SyncedFrame
+from vigg_ros.tracking.assembly import SyncedFrame, SyncedMessages
 from vigg_ros_testing.pipeline_runs import messages_of
 from vigg_ros_testing.recording_damage import damaged_bag
 from vigg_ros_testing.short_recordings import CHEAP, ROOM, Entry, Watched, short_entries, watch_replay, write_entries
@@ -82,7 +82,7 @@ def frames_of(bag: Path) -> dict[int, Frame]:
     pipeline = Pipeline(CONFIG)
     messages = ((role, message) for role, message in messages_of(bag) if role != "ground_truth")
     found = [one for role, message in messages for one in pipeline.receive(role, message).found]
-    built = [pipeline.build(one) for one in (*found, *pipeline.remaining()) if isinstance(one, Match)]
+    built = [pipeline.build(one) for one in (*found, *pipeline.remaining()) if isinstance(one, SyncedMessages)]
     return {one.frame.stamp_ns: one.frame for one in built if isinstance(one, SyncedFrame)}
 
 

@@ -17,6 +17,7 @@ from vigg_ros.report.bag_messages import chosen_topics, read_extrinsics, read_me
 from vigg_ros.report.recording import LEADING_MESSAGES, Recording, Replay
 from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import Observation
+from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame, SyncedMessages
 from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.frame_result import FrameResult
 
@@ -25,6 +26,13 @@ def run_observations(pipeline: Pipeline, observations: Iterable[Observation]) ->
     """The results of a whole recording that is decoded already."""
     found = [result for one in observations for result in pipeline.finish(pipeline.pair(one).found)]
     return found + pipeline.flush()
+
+
+def assemble(assembler: FrameAssembler, *observations: Observation, end: bool = False) -> list[SyncedFrame | Refusal]:
+    """Frames and refusals that are certain after these observations, or at the end of the recording."""
+    found = [one for observation in observations for one in assembler.synchronize(observation)]
+    found += assembler.remaining() if end else []
+    return [assembler.build(one) if isinstance(one, SyncedMessages) else one for one in found]
 
 
 def messages_of(bag: Path) -> Iterator[tuple[Role, Any]]:
