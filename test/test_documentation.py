@@ -13,7 +13,6 @@ import pytest
 from vigg_ros.bench.worlds import HandheldLoop
 from vigg_ros.cli.main import COMMANDS
 from vigg_ros.cli.show_config import commented_yaml
-from vigg_ros.node.parameter_table import markdown_table
 from vigg_ros.registration import Config
 from vigg_ros.registration.config import PRESETS
 from vigg_ros.registration.rigid import angle_rad, inverse
@@ -49,13 +48,6 @@ def test_a_printed_configuration_reads_back(name: str, tmp_path: Path) -> None:
     config = Config.preset(name)
     (tmp_path / "config.yaml").write_text(commented_yaml(config))
     assert Config.load(tmp_path / "config.yaml") == config
-
-
-def test_the_table_of_parameters_is_that_of_the_code() -> None:
-    page = (ROOT / "docs" / "node.md").read_text()
-    assert f"<!-- generated: parameters -->\n\n{markdown_table()}\n<!-- end: parameters -->" in page, (
-        "docs/node.md is out of date; write it again with: python tools/parameters_table.py"
-    )
 
 
 def test_the_readme_names_every_command_and_what_make_offers() -> None:
