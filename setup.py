@@ -9,7 +9,9 @@ from setuptools import find_packages, setup
 
 HERE = Path(__file__).parent
 NAME = "vigg_ros"
-TEST = ["pytest>=7.4", "hypothesis>=6.98"]
+TEST = ["pytest>=7.4", "pytest-xdist>=3.5", "hypothesis>=6.98"]
+DOCS = ["mkdocs-material>=9.5", "mkdocstrings[python]>=0.26"]
+LINT = ["ruff>=0.9", "mypy>=1.14", "types-PyYAML"]
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # The wheels of rclpy are for x86-64 alone; elsewhere the tests of the node are skipped, unless ROS is sourced.
 ROS_WHEELS = [f"{name}; platform_machine == 'x86_64' and sys_platform == 'linux'" for name in ROS]
@@ -57,7 +59,8 @@ setup(
         "ros": ROS,
         "evaluation": EVALUATION,
         "test": TEST,
-        "dev": [*TEST, *ROS_WHEELS, *EVALUATION, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
+        "docs": DOCS,
+        "dev": [*TEST, *DOCS, *ROS_WHEELS, *EVALUATION, *LINT, "pytest-cov>=5"],
     },
     entry_points={"console_scripts": ["vigg = vigg_ros.cli.main:main", "registrar = vigg_ros.node:main"]},
 )

@@ -16,6 +16,7 @@ import columns_table
 import hostile_table
 import readme_table
 import refusal_table
+import rooms_table
 from results_page import with_block
 
 from vigg_ros.node.parameter_table import markdown_table as parameters_table
@@ -23,6 +24,7 @@ from vigg_ros.node.parameter_table import markdown_table as parameters_table
 ROOT = Path(__file__).parents[1]
 PAGES: dict[str, dict[str, Callable[[], str]]] = {
     "README.md": {"results": readme_table.table},
+    "docs/architecture.md": {"rooms": rooms_table.table},
     "docs/data.md": {
         "columns": columns_table.table, "codes": refusal_table.table, "hostile inputs": hostile_table.table,
     },

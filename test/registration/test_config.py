@@ -167,7 +167,7 @@ def test_what_is_written_is_read_back(name: str, tmp_path: Path) -> None:
 
 def test_presets() -> None:
     assert Config.preset("rgbd") == Config()
-    # The paper's numbers, as DESIGN.md lists them.
+    # The paper's numbers.
     for preset, numbers in {
         "rgbd": (0.025, 0.10, 5000, 150, 0.9, 10.0, 3),
         "rgbd_paper": (0.025, 0.10, 5000, 150, 0.9, 10.0, 3),
