@@ -38,6 +38,8 @@ setup(
     name=NAME,
     version=ElementTree.parse(HERE / "package.xml").findtext("version"),
     description="Registration of camera frames with depth (ViGG) for ROS 2 and recorded bags",
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
     license="Apache-2.0",
     author="The vigg_ros authors",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
