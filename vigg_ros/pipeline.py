@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.header import stamp_ns
 from vigg_ros.sensors.input_decoder import InputDecoder, Role
 from vigg_ros.sensors.observation import Note, Observation
-from vigg_ros.tracking.assembly import FrameAssembler, Match, Refusal, SyncedFrame
+from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame, SyncedMessages
 from vigg_ros.tracking.extrinsics import Lookup, fixed
 from vigg_ros.tracking.frame_result import FrameResult, State
 from vigg_ros.tracking.registrar import Registrar
@@ -29,7 +29,7 @@ class Received:
 
     stamp_ns: int
     """Of the message; 0 where it has none that could be read."""
-    found: tuple[FrameResult | Match, ...] = ()
+    found: tuple[FrameResult | SyncedMessages, ...] = ()
     """In the order of their stamps: the results of frames that were refused, and messages that make a frame."""
     refusals: tuple[Refusal, ...] = ()
     """Why this message could not be used, if so; a missing partner is no fault of a message."""
@@ -67,13 +67,13 @@ class Pipeline:
 
     def feed(self, role: Role, message: Any) -> list[FrameResult]:
         """All results that are certain once this message of rclpy or rosbags is known."""
-        return [self._finish(one) for one in self.receive(role, message).found]
+        return self.finish(self.receive(role, message).found)
 
     def flush(self) -> list[FrameResult]:
         """What is left at the end of a recording."""
-        return [self._finish(one) for one in self.remaining()]
+        return self.finish(self.remaining())
 
-    def remaining(self) -> tuple[FrameResult | Match, ...]:
+    def remaining(self) -> tuple[FrameResult | SyncedMessages, ...]:
         """As ``flush``, but no frame is built yet."""
         return self._settled(self._assembler.remaining())
 
@@ -89,7 +89,7 @@ class Pipeline:
 
     def pair(self, observation: Observation) -> Received:
         """What a decoded message brings."""
-        matched = self._assembler.match(observation)
+        matched = self._assembler.synchronize(observation)
         refusals = [one for one in matched if isinstance(one, Refusal) and one.code != "UNPAIRED"]
         return Received(observation.stamp_ns, self._settled(matched), tuple(refusals), observation.notes)
 
@@ -98,7 +98,7 @@ class Pipeline:
         refusal = Refusal(_stamp_of(message), code, text, self._assembler.session, role == self.leader)
         return Received(refusal.stamp_ns, self._settled([refusal]), (refusal,))
 
-    def build(self, messages: Match) -> SyncedFrame | FrameResult:
+    def build(self, messages: SyncedMessages) -> SyncedFrame | FrameResult:
         """The frame of paired messages, or the result that says why there is none."""
         built = self._assembler.build(messages)
         return self._refused(built) if isinstance(built, Refusal) else built
@@ -107,6 +107,11 @@ class Pipeline:
         """Register a frame."""
         return replace(self._registrar.step(synced.frame, session=synced.session), frame_id=synced.frame_id)
 
+    def finish(self, found: Iterable[FrameResult | SyncedMessages]) -> list[FrameResult]:
+        """Build and track what was received, at once and in order."""
+        built = (one if isinstance(one, FrameResult) else self.build(one) for one in found)
+        return [one if isinstance(one, FrameResult) else self.track(one) for one in built]
+
     def restart(self) -> list[FrameResult]:
         """Forget stamps and keyframes, as before a recording; what waited for a partner is discarded."""
         waiting = self._assembler.restart()
@@ -114,9 +119,9 @@ class Pipeline:
         self._restarts += 1
         return results
 
-    def left_out(self, one: Match | Refusal, state: State, reason: str, message: str) -> FrameResult:
+    def left_out(self, one: SyncedMessages | Refusal, state: State, reason: str, message: str) -> FrameResult:
         """The result of a frame that is not registered."""
-        frame_id = one.leader.frame_id if isinstance(one, Match) else ""
+        frame_id = one.leader.frame_id if isinstance(one, SyncedMessages) else ""
         return FrameResult(one.stamp_ns, one.session, state, reason, message, frame_id)
 
     def request_keyframe(self) -> None:
@@ -127,23 +132,20 @@ class Pipeline:
         """Other options of the method from the next frame on."""
         self._registrar.configure(config)
 
-    def _finish(self, one: FrameResult | Match) -> FrameResult:
-        if isinstance(one, FrameResult):
-            return one
-        built = self.build(one)
-        return built if isinstance(built, FrameResult) else self.track(built)
-
-    def _settled(self, matched: list[Match | Refusal]) -> tuple[FrameResult | Match, ...]:
+    def _settled(self, matched: list[SyncedMessages | Refusal]) -> tuple[FrameResult | SyncedMessages, ...]:
         """Matches as they are, refusals that lead as results; each refusal is counted."""
-        numbered = [self._numbered(one) for one in matched]
-        results = [self._refused(one) if isinstance(one, Refusal) else one for one in numbered]
-        return tuple(one for one, was in zip(results, numbered, strict=True) if isinstance(was, Match) or was.leads)
+        settled: list[FrameResult | SyncedMessages] = []
+        for one in map(self._numbered, matched):
+            result = self._refused(one) if isinstance(one, Refusal) else one
+            if isinstance(one, SyncedMessages) or one.leads:
+                settled.append(result)
+        return tuple(settled)
 
     def _refused(self, refusal: Refusal) -> FrameResult:
         self.refused[refusal.code] += 1
         return self.left_out(refusal, State.REFUSED, refusal.code, refusal.message)
 
-    def _numbered(self, one: Match | Refusal) -> Match | Refusal:
+    def _numbered(self, one: SyncedMessages | Refusal) -> SyncedMessages | Refusal:
         """With the number of the session since the pipeline was made: a restart begins one too."""
         return replace(one, session=one.session + self._restarts)
 

@@ -119,7 +119,7 @@ SEARCH_CHECKS: tuple[Check[Evidence], ...] = (
 
 ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
     Check(
-        Reason.NOT_FINITE, "motion_sigma_m", lambda e: e.motion_sigma_m, "below", lambda e, config: math.inf,
+        Reason.NOT_FINITE, "motion_sigma_m", lambda e: e.motion_sigma_m, "at most", lambda e, config: math.inf,
         "by definition", "the fit is not finite", basic=True,
     ),
     Check(
@@ -198,14 +198,15 @@ class Explanation:
 
 EXPLANATIONS: dict[Reason, Explanation] = {
     Reason.NO_TEXTURE: Explanation(
-        "The image shows too little to find again: darkness, blur, a bare surface.",
+        "Too few distinct spots in the image that have depth: a bare wall, darkness or blur.",
         "add light, shorten the exposure, or let the camera see more of the scene",
     ),
     Reason.NO_DEPTH: Explanation(
-        "Too few points to be a surface.", "check the depth camera or scanner, its range, and geometric.max_range_m"
+        "Too few 3-D points: is depth missing, out of range, in another unit, or a scan outside the image?",
+        "check the depth camera or scanner, its range, depth_scale and geometric.max_range_m",
     ),
     Reason.TOO_FEW_MATCHES: Explanation(
-        "No three matches between the two frames agree with one motion: they hardly show the same things.",
+        "The frame has too little in common with the keyframes it was compared with.",
         "move more slowly, or come back to a place that was seen before",
     ),
     Reason.TOO_FEW_INLIERS: Explanation(

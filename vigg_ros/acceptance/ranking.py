@@ -94,9 +94,9 @@ def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rej
 
 
 def _motion_sigma(fit: Fit) -> tuple[float, float]:
-    """Largest standard deviations of translation (m) and rotation (deg); infinite where the fit is not finite."""
+    """Largest standard deviations of translation (m) and rotation (deg); NaN where the fit is not finite."""
     if not np.isfinite(fit.T_target_source).all():
-        return math.inf, math.inf
+        return math.nan, math.nan
     variance: NDArray[np.float64] = np.diag(fit.covariance)
     return float(np.sqrt(variance[:3].max())), float(np.rad2deg(np.sqrt(variance[3:].max())))
 

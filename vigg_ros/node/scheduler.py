@@ -17,7 +17,7 @@ from vigg_ros.pipeline import RESET_MESSAGE, Pipeline, Received
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.input_decoder import Role
-from vigg_ros.tracking.assembly import Match
+from vigg_ros.tracking.assembly import SyncedMessages
 from vigg_ros.tracking.frame_result import FrameResult, State
 from vigg_ros.tracking.sensor_mount import BaseResult, SensorMount
 
@@ -27,7 +27,7 @@ Publish = Callable[[FrameResult, BaseResult | None], None]
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    messages: Match
+    messages: SyncedMessages
     restarts: int
     arrived_s: float
 

@@ -58,7 +58,7 @@ class Evidence:
     rmse_m: float = float("nan")
     """Root mean square distance of the aligned surfaces along their normals."""
     motion_sigma_m: float = float("nan")
-    """Largest standard deviation of the translation; infinite where the fit is not finite."""
+    """Largest standard deviation of the translation; NaN where the fit is not finite."""
     motion_sigma_deg: float = float("nan")
     """Largest standard deviation of the rotation."""
     overlap: float = float("nan")

@@ -108,7 +108,9 @@ def unanswered_table(recording: Recording, axis: Axis) -> Markup:
     for (state, reason), places in sorted(groups.items(), key=lambda group: -len(group[1])):
         share = len(places) / len(recording.frames)
         count = f"{len(places)} ({share:.1%})"
-        meaning = MEANINGS.get(reason, f"One of the {recording.leaders} could not be made into a frame.")
+        meaning = f"{MEANINGS[reason]} Remedy: {REMEDIES[reason]}." if reason in MEANINGS else (
+            f"One of the {recording.leaders} could not be made into a frame."
+        )
         said = recording.frames[places[0]].message
         rows.append((element("b", reason or state), state.lower(), count, axis.place(places[0]), meaning, said))
     heading = ("reason", "", "frames", "first at", "what it means", "what was said of the first")

@@ -14,7 +14,7 @@ import numpy as np
 from vigg_ros.registration.result import Evidence
 from vigg_ros.tracking.frame_result import FrameResult
 
-Value = str | int | float | None
+Value = str | bool | int | float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ COLUMNS = (
     Column("reason", lambda result: result.reason),
     Column("keyframe", lambda result: result.keyframe_id),
     Column("keyframe_stamp_ns", lambda result: result.keyframe_stamp_ns),
-    Column("new_keyframe", lambda result: int(result.new_keyframe)),
+    Column("new_keyframe", lambda result: result.new_keyframe),
     *(_of_evidence(field.name) for field in dataclasses.fields(Evidence)),
     Column("sigma_translation_m", _sigma(slice(0, 3), 1.0)),
     Column("sigma_rotation_deg", _sigma(slice(3, 6), 180.0 / math.pi)),
@@ -66,15 +66,18 @@ def values_of(result: FrameResult) -> dict[str, Value]:
 
 
 def known_values_of(result: FrameResult) -> dict[str, str]:
-    """Columns that have a value, as text: what a message carries."""
+    """Columns that have a value, as text: what a message carries, yes and no as True and False."""
     known = ((name, value) for name, value in values_of(result).items() if value is not None)
-    return {name: as_text(value) for name, value in known if not isinstance(value, float) or math.isfinite(value)}
+    finite = ((name, value) for name, value in known if not isinstance(value, float) or math.isfinite(value))
+    return {name: str(value) if isinstance(value, bool) else as_text(value) for name, value in finite}
 
 
 def as_text(value: Value) -> str:
-    """A cell of the table; numbers that are not whole to six digits."""
+    """A cell of frames.csv: yes and no as 1 and 0, numbers that are not whole to six digits."""
     if value is None:
         return ""
+    if isinstance(value, bool):
+        return str(int(value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

@@ -33,7 +33,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.sensors.input_decoder import InputDecoder, Role
-from vigg_ros.tracking.assembly import Match, SyncedFrame
+from vigg_ros.tracking.assembly import SyncedFrame, SyncedMessages
 from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros.tracking.registrar import Registrar
 
@@ -100,7 +100,7 @@ def read_frames(pipeline: Pipeline, messages: Iterable[tuple[Role, Any]]) -> Ite
     yield from _built(pipeline, pipeline.remaining())
 
 
-def _built(pipeline: Pipeline, found: Iterable[FrameResult | Match]) -> Iterator[Frame]:
+def _built(pipeline: Pipeline, found: Iterable[FrameResult | SyncedMessages]) -> Iterator[Frame]:
     for one in found:
         made = one if isinstance(one, FrameResult) else pipeline.build(one)
         if isinstance(made, SyncedFrame):
