@@ -111,7 +111,7 @@ def measure(run: Run, data: Path, folder: Path, *, jobs: int, every: int | None)
     """Run the command; its progress goes to the terminal, its tables to a file. Raises CalledProcessError."""
     words = [located(word, run.data, data) for word in run.arguments]
     more = ["--every", str(every)] if every and run.data else ["--pairs", "16"] if every else []
-    command = [sys.executable, "-m", "vigg_ros.cli", "evaluate", *words, *more, "--jobs", str(jobs)]
+    command = [sys.executable, "-m", "vigg_ros.cli.main", "evaluate", *words, *more, "--jobs", str(jobs)]
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "output.txt").open("w", encoding="utf-8") as output:
         subprocess.run([*command, "--output", str(folder)], check=True, stdout=output, cwd=ROOT)
