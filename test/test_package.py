@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 MANIFEST = ElementTree.parse(ROOT / "package.xml").getroot()
 MODULES = sorted((ROOT / "vigg_ros").rglob("*.py"))
 # Named folders, not the root: below it also lie .venv and colcon's build and install.
-FOLDERS = ("vigg_ros", "test", "tools", "launch", "bags")
+FOLDERS = ("vigg_ros", "test", "tools", "examples", "launch", "bags")
 SOURCES = sorted([*ROOT.glob("*.py"), *(path for name in FOLDERS for path in (ROOT / name).rglob("*.py"))])
 
 MAX_FILE_LINES = 300

@@ -29,7 +29,7 @@ BLOCK = 512
 """Features compared at once, so that a block of similarities stays in the cache."""
 
 SURFACE_NORMAL_VOXELS = 2.0
-"""Radius of a surface point's normal; DESIGN.md, step 2."""
+"""Radius of a surface point's normal; docs/method.md, surface."""
 
 
 @dataclass(frozen=True, slots=True)
