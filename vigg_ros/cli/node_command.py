@@ -19,6 +19,7 @@ from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.cli.console import UsageError
 from vigg_ros.cli.replay import find_extrinsics
 from vigg_ros.registration.quaternion import quaternion_from_rotation
+from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.samples import find_preset
 
 _PEEKED_MESSAGES = 10
@@ -90,13 +91,14 @@ def node_arguments(
         remappings["points"] = choice.points.name
         lookup = find_extrinsics(extrinsics, reader, choice)
         points_frame, camera_frame = (_frame_of(reader, topic.name) for topic in (choice.points, choice.image))
-        T_points_camera = lookup(points_frame, camera_frame)
-        if T_points_camera is None:
+        # In this order: what --extrinsics gives answers to it whatever the names.
+        T_camera_points = lookup(camera_frame, points_frame)
+        if T_camera_points is None:
             raise UsageError(
                 f"/tf_static does not connect {points_frame!r} (the points) with {camera_frame!r} (the camera); "
                 "give --extrinsics"
             )
-        parameters["extrinsics"] = _seven_numbers(T_points_camera)
+        parameters["extrinsics"] = _seven_numbers(inverse(T_camera_points))
     return NodeArguments(remappings, parameters | dict(option.partition("=")[::2] for option in options))
 
 
