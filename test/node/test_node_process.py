@@ -16,7 +16,7 @@ from vigg_ros.node.player.node_process import NodeFailed, NodeProcess
 
 OBEDIENT = "import signal, sys; signal.signal(2, lambda *_: sys.exit({code})); print('up', flush=True); signal.pause()"
 DEAF = "import signal, time; signal.signal(2, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
-BUSY = "import time; x = bytearray(50_000_000)\nwhile time.process_time() < 1: pass\nprint('up', flush=True); time.sleep(60)"
+BUSY = "import time; x = bytearray(5 * 10**7)\nwhile time.process_time() < 1: pass\nprint('up', flush=True)\ntime.sleep(60)"
 
 
 def program(code: str, folder: Path) -> NodeProcess:

@@ -13,11 +13,11 @@ from tempfile import TemporaryDirectory
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
+from vigg_ros.cli.bag_input import read_truth, requested_topics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config
 from vigg_ros.cli.console import ExitCode, interruptible
 from vigg_ros.cli.node_command import needs_ros, node_arguments
 from vigg_ros.cli.play import add_playing_arguments, say
-from vigg_ros.cli.replay import read_truth, requested_topics
 from vigg_ros.registration.errors import DataError
 from vigg_ros.report.ground_truth import true_trajectory
 from vigg_ros.report.trajectory import Trajectory

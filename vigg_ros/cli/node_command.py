@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
+from vigg_ros.cli.bag_input import find_extrinsics
 from vigg_ros.cli.console import UsageError
-from vigg_ros.cli.replay import find_extrinsics
 from vigg_ros.registration.quaternion import quaternion_from_rotation
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.samples import find_preset

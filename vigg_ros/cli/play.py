@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from vigg_ros.bags.reader import BagReader, SerialisedMessage
 from vigg_ros.bags.topics import choose_topics
+from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments, requested_topics
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, interruptible, positive_float
 from vigg_ros.cli.node_command import needs_ros, node_arguments
-from vigg_ros.cli.replay import add_extrinsics_argument, add_topic_arguments, requested_topics
 
 if TYPE_CHECKING:
     from vigg_ros.node.player.bag_player import BagPlayer

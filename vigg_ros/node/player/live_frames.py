@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.trajectory import Trajectory, interpolate
-from vigg_ros.tracking.registrar import State
+from vigg_ros.tracking.frame_result import State
 
 Matrix = NDArray[np.float64]
 
-_POSE_FOLLOWS = {"", *(state.value for state in State)} - {State.LOST.value}
+_POSE_FOLLOWS = {"", State.STARTED.value, State.TRACKING.value, State.RELOCALISED.value}
 """States of a frame whose pose, where there is none yet, is still to come."""
 
 
@@ -79,6 +79,11 @@ class LiveFrames:
         """How many got no pose, by what the node says: state and reason."""
         failed = (frame for frame in self.all if frame.state not in _POSE_FOLLOWS and frame.T_odom_frame is None)
         return Counter(f"{frame.state} {frame.reason}".strip() for frame in failed)
+
+    @property
+    def dropped(self) -> int:
+        """How many gave way to newer ones."""
+        return sum(frame.state == State.DROPPED.value for frame in self.all)
 
     @property
     def pending(self) -> int:

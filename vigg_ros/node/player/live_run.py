@@ -22,7 +22,7 @@ from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.node.player.bag_player import POLL_S, BagPlayer, Wait, ros_node
 from vigg_ros.node.player.dds_profile import set_profile
 from vigg_ros.node.player.live_frames import LiveFrames
-from vigg_ros.node.player.live_table import DROPPED, LiveDisplay, live_rows
+from vigg_ros.node.player.live_table import LiveDisplay, live_rows
 from vigg_ros.node.player.node_process import NodeFailed, NodeProcess, Usage
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros.sensors.stamped_pose import decode_pose
@@ -76,7 +76,7 @@ class LiveRun:
                 interrupted = True
             self.exit_code = process.stop()
             # Drops are counted in the table; what the node said of them on the way is out of date.
-            warnings = [f"the node says: {line}" for line in process.warnings() if f"({DROPPED})" not in line]
+            warnings = (f"the node says: {line}" for line in process.warnings() if "(DROPPED)" not in line)
             self.notes += [*player.notes, *player.lateness_notes(), *warnings]
         self._display.clear()
         return interrupted

@@ -16,9 +16,6 @@ import numpy as np
 from vigg_ros.node.player.live_frames import LiveFrames
 from vigg_ros.node.player.node_process import Usage
 
-DROPPED = "DROPPED"
-"""The state of a frame that gave way to a newer one."""
-
 REDRAW_S, REPEAT_S = 0.5, 5.0
 """So often the table is drawn on a terminal, and written elsewhere."""
 
@@ -56,7 +53,7 @@ def table_text(rows: dict[str, str]) -> str:
 
 def advice_on_drops(frames: LiveFrames, rate: float) -> str:
     """One sentence with a rate of playing that this computer can follow; empty if nothing was dropped."""
-    sent, dropped = len(frames.all), sum(frame.state == DROPPED for frame in frames.all)
+    sent, dropped = len(frames.all), frames.dropped
     registered = sent - dropped - frames.pending
     if not dropped:
         return ""
