@@ -16,8 +16,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
@@ -47,8 +45,7 @@ def listener(monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener]:
 
 @pytest.fixture
 def bag(tmp_path: Path) -> Path:
-    late, *others = rgbd_entries()
-    return write_bag(tmp_path / "bag", [*others, late])  # the first image reached the recorder last
+    return write_bag(tmp_path / "bag", rgbd_entries())
 
 
 def has_all(listener: Listener, times: int = 1) -> bool:
@@ -184,10 +181,3 @@ def test_time_goes_on_where_stamps_are_missing_jump_back_or_lie_far_ahead() -> N
     s = SECOND_NS
     assert positions_s(None, 0, 5 * s, 7 * s, None, 5 * s, 6 * s) == [0, 0, 0, 2, 2, 2, 3]
     assert positions_s(5 * s, 10**6 * s) == [0, MAX_PAUSE_NS / s]
-
-
-@given(st.lists(st.integers(-(2**62), 2**62), min_size=1, max_size=30))
-def test_time_never_goes_back(stamps_ns: list[int]) -> None:
-    found = positions_s(*stamps_ns)
-    assert found == sorted(found)
-    assert found[0] == 0

@@ -53,13 +53,6 @@ def test_where_shared_memory_is_small_it_is_left_out_and_said(monkeypatch: pytes
     assert environment == {}
 
 
-def test_where_there_is_no_such_file_system_the_profile_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dds_profile, "SHARED_MEMORY", "/nowhere")
-    environment: dict[str, str] = {}
-    assert set_profile(environment) == []
-    assert VARIABLE in environment
-
-
 @pytest.fixture
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder in which nothing of the source tree is found; the package lies in its lib/."""

@@ -40,37 +40,34 @@ T_ODOM_WORLD = placed(-3.0, yaw_deg=120.0)
 """The odometry frame is any other frame than the truth's."""
 
 
-def answer(frames: LiveFrames, k: int, T_odom_frame: np.ndarray, *, first: str = "pose", starts: bool = False) -> None:
-    """Frame k is sent and answered at once; pose and status come in either order."""
-    frames.send(STAMPS_NS[k])
-    for what in ("pose", "status") if first == "pose" else ("status", "pose"):
-        if what == "pose":
-            frames.take_pose(STAMPS_NS[k], T_odom_frame)
-        else:
-            frames.take_status(STAMPS_NS[k], "STARTED" if starts else "TRACKING", "")
+def answered(truth: Trajectory | None, poses: list[np.ndarray], *, first: str = "pose", starts: int = 0) -> LiveFrames:
+    """All frames, each answered at once, by pose and status in either order; sessions begin with 0 and ``starts``."""
+    frames = LiveFrames(truth)
+    for k, (stamp_ns, T_odom_frame) in enumerate(zip(STAMPS_NS, poses, strict=True)):
+        frames.send(stamp_ns)
+        for what in ("pose", "status") if first == "pose" else ("status", "pose"):
+            if what == "pose":
+                frames.take_pose(stamp_ns, T_odom_frame)
+            else:
+                frames.take_status(stamp_ns, "STARTED" if k in (0, starts) else "TRACKING", "")
+    return frames
 
 
 def test_an_error_is_that_of_the_position_relative_to_the_first_frame() -> None:
-    frames = LiveFrames(TRUTH)
-    for k, T_world_frame in enumerate(TRUE_POSES):
-        answer(frames, k, T_ODOM_WORLD @ T_world_frame @ placed(0.03 * (k == 4)), starts=k == 0)
-    assert frames.position_errors_m() == pytest.approx([0, 0, 0, 0, 0.03, 0], abs=1e-12)
+    poses = [T_ODOM_WORLD @ T @ placed(0.03 * (k == 4)) for k, T in enumerate(TRUE_POSES)]
+    assert answered(TRUTH, poses).position_errors_m() == pytest.approx([0, 0, 0, 0, 0.03, 0], abs=1e-12)
 
 
 @pytest.mark.parametrize("first", ["pose", "status"])
 def test_a_new_session_is_aligned_anew_whichever_message_comes_first(first: str) -> None:
-    frames = LiveFrames(TRUTH)
-    for k, T_world_frame in enumerate(TRUE_POSES):
-        T_other_world = T_ODOM_WORLD if k < 3 else inverse(TRUE_POSES[3])
-        answer(frames, k, T_other_world @ T_world_frame, first=first, starts=k in (0, 3))
-    assert frames.position_errors_m() == pytest.approx(np.zeros(6), abs=1e-12)
+    poses = [(T_ODOM_WORLD if k < 3 else inverse(TRUE_POSES[3])) @ T for k, T in enumerate(TRUE_POSES)]
+    errors_m = answered(TRUTH, poses, first=first, starts=3).position_errors_m()
+    assert errors_m == pytest.approx(np.zeros(6), abs=1e-12)
 
 
 @pytest.mark.parametrize(("truth", "count"), [(Trajectory.of(STAMPS_NS[2:4], TRUE_POSES[2:4]), 2), (None, 0)])
 def test_frames_whose_truth_is_not_known_are_answered_but_not_compared(truth: Trajectory | None, count: int) -> None:
-    frames = LiveFrames(truth)
-    for k, T_world_frame in enumerate(TRUE_POSES):
-        answer(frames, k, T_world_frame, starts=k == 0)
+    frames = answered(truth, TRUE_POSES)
     assert len(frames.answered) == 6
     assert len(frames.position_errors_m()) == count
 
