@@ -68,14 +68,10 @@ def test_mistakes_get_one_line_and_a_code(
     assert "Traceback" not in shown.err
 
 
-@pytest.mark.parametrize(
-    "words",
-    [["--rate", "0"], ["--rate", "nan"], ["--domain-id", "233"], ["--start", "1"], ["--clock"]],
-)
-def test_numbers_that_make_no_sense_are_refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
+@pytest.mark.parametrize("words", [["--rate", "0"], ["--rate", "nan"], ["--domain-id", "233"], ["--clock"]])
+def test_options_that_make_no_sense_are_refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
         main(["play", str(ROOM), *words])
-    assert stop.value.code == 2
     assert words[0] in capsys.readouterr().err
 
 
