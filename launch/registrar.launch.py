@@ -69,7 +69,7 @@ ARGUMENTS = {
     "image_transport": ("", "raw or compressed (default: what is published)"),
     "max_rate": ("0.0", "frames per second at most; 0 for all"),
     "namespace": ("", "namespace of the node"),
-    "use_sim_time": ("false", "true to take the time from /clock"),
+    "use_sim_time": ("false", "true to take the time from /clock, which something else publishes"),
     "rviz": ("false", "true to start RViz with config/registrar.rviz"),
 }
 
@@ -135,9 +135,8 @@ def player(given: dict[str, str]) -> list[ExecuteProcess]:
     """The bag, where one was given; it waits for the node."""
     if not given["bag"]:
         return []
-    clock = ["--clock"] if given["use_sim_time"].lower() == "true" else []
     # Not `vigg`: colcon puts executables where no PATH leads.
-    command = [sys.executable, "-m", "vigg_ros.cli", "play", given["bag"], "--rate", given["rate"], *clock]
+    command = [sys.executable, "-m", "vigg_ros.cli.main", "play", given["bag"], "--rate", given["rate"]]
     return [ExecuteProcess(cmd=command, output="screen")]
 
 

@@ -104,13 +104,12 @@ def test_a_sensor_takes_one_line(
 
 
 def test_a_bag_takes_one_line_and_brings_topics_and_extrinsics(launch_file: ModuleType) -> None:
-    actions = started(launch_file, bag=STREET, rate="0.5", use_sim_time="true")
+    actions = started(launch_file, bag=STREET, rate="0.5")
     remappings, parameters = node_of(actions)
     assert remappings["points"] == "/lidar/points"
     assert parameters["extrinsics"].startswith("[0.6")
-    assert parameters["use_sim_time"] is True
     (player,) = [action for action in actions if action.kind == "ExecuteProcess"]
-    assert player.cmd == [sys.executable, "-m", "vigg_ros.cli", "play", STREET, "--rate", "0.5", "--clock"]
+    assert player.cmd == [sys.executable, "-m", "vigg_ros.cli.main", "play", STREET, "--rate", "0.5"]
 
 
 def test_what_is_given_counts_more_than_what_is_found(launch_file: ModuleType) -> None:

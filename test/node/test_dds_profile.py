@@ -38,16 +38,11 @@ def test_it_is_set_where_nothing_is_set(monkeypatch: pytest.MonkeyPatch) -> None
     assert environment == {VARIABLE: str(ROOT / NAME)}
 
 
-def test_a_profile_of_the_user_stays() -> None:
-    environment = {VARIABLE: "/etc/mine.xml"}
+@pytest.mark.parametrize(("given", "left"), [("/etc/mine.xml", {VARIABLE: "/etc/mine.xml"}), ("", {})])
+def test_a_profile_of_the_user_stays_and_an_empty_value_means_none(given: str, left: dict[str, str]) -> None:
+    environment = {VARIABLE: given}
     assert set_profile(environment) == []
-    assert environment == {VARIABLE: "/etc/mine.xml"}
-
-
-def test_an_empty_value_means_none_at_all() -> None:
-    environment = {VARIABLE: ""}
-    assert set_profile(environment) == []
-    assert environment == {}
+    assert environment == left
 
 
 def test_where_shared_memory_is_small_it_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,21 +53,12 @@ def test_where_shared_memory_is_small_it_is_left_out_and_said(monkeypatch: pytes
     assert environment == {}
 
 
-def test_where_there_is_no_such_file_system_the_profile_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dds_profile, "SHARED_MEMORY", "/nowhere")
-    environment: dict[str, str] = {}
-    assert set_profile(environment) == []
-    assert VARIABLE in environment
-
-
 @pytest.fixture
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder in which nothing of the source tree is found; the package lies in its lib/."""
     module = tmp_path / "lib" / "vigg_ros" / "node" / "player" / "dds_profile.py"
     monkeypatch.setattr(dds_profile, "__file__", str(module))
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
-    monkeypatch.setattr(dds_profile.sys, "prefix", str(tmp_path / "prefix"))
-    monkeypatch.setattr(dds_profile.site, "getuserbase", lambda: str(tmp_path / "user"))
     monkeypatch.setattr(dds_profile.metadata, "files", lambda name: None)
     return tmp_path
 
@@ -84,10 +70,9 @@ def profile_below(folder: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("prefix", ["lib", "prefix", "user"])
-def test_it_is_found_where_pip_puts_it(prefix: str, elsewhere: Path) -> None:
+def test_it_is_found_where_pip_puts_it_for_a_target_folder(elsewhere: Path) -> None:
     assert find_shared_file(NAME) is None
-    path = profile_below(elsewhere / prefix)
+    path = profile_below(elsewhere / "lib")
     assert find_shared_file(NAME) == path
 
 

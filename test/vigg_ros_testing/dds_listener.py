@@ -7,13 +7,11 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import rclpy
-from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from vigg_ros_testing.dds_domain import claim_domain
 
@@ -25,40 +23,30 @@ PATIENCE_S = 20.0
 
 
 class Listener:
-    """Keeps what arrives, by topic."""
+    """Keeps the bytes of what arrives, by topic."""
 
     def __init__(self, node: Node) -> None:
-        self.node = node
-        self.received: dict[str, list] = {}
+        self._node = node
+        self.received: dict[str, list[bytes]] = {}
 
-    def subscribe(self, message_class: type, topic: str, *, best_effort: bool = False, latched: bool = False) -> None:
-        quality = QoSProfile(
-            depth=1000,
-            reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-        )
-        messages = self.received.setdefault(topic, [])
-        self.node.create_subscription(message_class, topic, messages.append, quality)
-
-    def stamps_ns(self, topic: str) -> list[int]:
-        stamps = [message.header.stamp for message in self.received[topic]]
-        return [stamp.sec * 10**9 + stamp.nanosec for stamp in stamps]
+    def subscribe(self, message_class: type, *topics: str) -> None:
+        for topic in topics:
+            messages = self.received.setdefault(topic, [])
+            self._node.create_subscription(message_class, topic, messages.append, 1000, raw=True)
 
 
 @contextmanager
 def listening() -> Iterator[Listener]:
     """A listener whose messages come in by themselves."""
-    context = Context()
+    context = rclpy.Context()
     rclpy.init(args=[], context=context, domain_id=DOMAIN_ID)
     node = Node("listener", context=context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
 
     def spin() -> None:
-        try:
+        with suppress(ExternalShutdownException):
             executor.spin()
-        except ExternalShutdownException:
-            return
 
     thread = threading.Thread(target=spin)
     thread.start()

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import shlex
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
+from vigg_ros.cli.bag_input import find_extrinsics
 from vigg_ros.cli.console import UsageError
 from vigg_ros.registration.quaternion import quaternion_from_rotation
-from vigg_ros.report.bag_messages import read_extrinsics
+from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.samples import find_preset
-from vigg_ros.tracking.extrinsics import Lookup
 
 _PEEKED_MESSAGES = 10
 
@@ -54,22 +54,10 @@ class NodeArguments:
         words += [word for name, value in self.parameters.items() for word in ("-p", f"{name}:={value}")]
         return words
 
-
-def node_arguments(reader: BagReader, choice: TopicChoice, extrinsics: Lookup | None) -> NodeArguments:
-    """Remappings and parameters for the chosen topics of an open bag. Raises UsageError.
-
-    Extrinsics are given as a parameter, since the transforms of the bag reach the node only where tf2 is installed.
-    """
-    remappings = {"rgb/image": choice.image.name, "rgb/camera_info": choice.camera_info.name}
-    transport = "compressed" if choice.image.type.endswith("CompressedImage") else "raw"
-    parameters = {"geometry": "depth" if choice.points is None else "points", "image_transport": transport}
-    if choice.depth is not None:
-        remappings["depth/image"] = choice.depth.name
-    if choice.points is not None:
-        remappings["points"] = choice.points.name
-        T_points_camera = _find_camera(reader, choice, extrinsics)
-        parameters["extrinsics"] = _seven_numbers(T_points_camera)
-    return NodeArguments(remappings, parameters)
+    def shell_line(self, domain_id: int | None = None) -> str:
+        """The line that a user can paste into a shell."""
+        start = ["ros2", "run", "vigg_ros", "registrar"] if shutil.which("ros2") else ["registrar"]
+        return ("" if domain_id is None else f"ROS_DOMAIN_ID={domain_id} ") + shlex.join([*start, *self.words()])
 
 
 def arguments_for_bag(reader: BagReader) -> NodeArguments:
@@ -77,30 +65,41 @@ def arguments_for_bag(reader: BagReader) -> NodeArguments:
 
     Raises TopicError or UsageError where that is not clear.
     """
-    choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
-    tree = None if choice.points is None else read_extrinsics(reader, choice)
-    found = node_arguments(reader, choice, None if tree is None else tree.lookup)
-    return replace(found, parameters={"config": find_preset(reader, choice), **found.parameters})
+    return node_arguments(reader, choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings()))
 
 
-def shown(arguments: NodeArguments) -> str:
-    """The line that a user can paste into a shell."""
-    start = ["ros2", "run", "vigg_ros", "registrar"] if shutil.which("ros2") else ["registrar"]
-    return shlex.join([*start, *arguments.words()])
+def node_arguments(
+    reader: BagReader,
+    choice: TopicChoice,
+    *,
+    extrinsics: list[float] | None = None,
+    config: str | None = None,
+    options: Sequence[str] = (),
+) -> NodeArguments:
+    """Remappings and parameters for the chosen topics of an open bag. Raises UsageError.
 
-
-def _find_camera(reader: BagReader, choice: TopicChoice, extrinsics: Lookup | None) -> NDArray[np.float64]:
-    """T_points_camera (4, 4)."""
-    if extrinsics is None or choice.points is None:
-        raise UsageError("the bag has no /tf_static that says where the camera stands; give --extrinsics")
-    points_frame, camera_frame = (_frame_of(reader, topic.name) for topic in (choice.points, choice.image))
-    T_points_camera = extrinsics(points_frame, camera_frame)
-    if T_points_camera is None:
-        raise UsageError(
-            f"/tf_static does not connect {points_frame!r} (the points) with {camera_frame!r} (the camera); "
-            "give --extrinsics"
-        )
-    return T_points_camera
+    ``extrinsics`` and ``options`` are what --extrinsics and --set give; without ``config`` the preset is that for the
+    bag. Extrinsics become a parameter, since the transforms of the bag reach the node only where tf2 is installed.
+    """
+    remappings = {"rgb/image": choice.image.name, "rgb/camera_info": choice.camera_info.name}
+    transport = "compressed" if choice.image.type.endswith("CompressedImage") else "raw"
+    parameters = {"config": config or find_preset(reader, choice)}
+    parameters |= {"geometry": "depth" if choice.points is None else "points", "image_transport": transport}
+    if choice.depth is not None:
+        remappings["depth/image"] = choice.depth.name
+    if choice.points is not None:
+        remappings["points"] = choice.points.name
+        lookup = find_extrinsics(extrinsics, reader, choice)
+        points_frame, camera_frame = (_frame_of(reader, topic.name) for topic in (choice.points, choice.image))
+        # In this order: what --extrinsics gives answers to it whatever the names.
+        T_camera_points = lookup(camera_frame, points_frame)
+        if T_camera_points is None:
+            raise UsageError(
+                f"/tf_static does not connect {points_frame!r} (the points) with {camera_frame!r} (the camera); "
+                "give --extrinsics"
+            )
+        parameters["extrinsics"] = _seven_numbers(inverse(T_camera_points))
+    return NodeArguments(remappings, parameters | dict(option.partition("=")[::2] for option in options))
 
 
 def _frame_of(reader: BagReader, topic: str) -> str:

@@ -16,7 +16,7 @@ from vigg_ros.sensors.message_limits import MAX_POINTS, MAX_RANGE_M, shortened
 from vigg_ros.sensors.message_shapes import PointCloud2Message, PointFieldMessage
 from vigg_ros.sensors.observation import Note, PointCloud
 from vigg_ros.sensors.pixels import bytes_of, long_data_note
-from vigg_ros.sensors.point_times import TIME_FIELDS, clock_unit_s, point_times
+from vigg_ros.sensors.point_times import TIME_FIELDS, point_times
 
 # sensor_msgs/PointField's datatype constants.
 _SAMPLES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
@@ -41,24 +41,6 @@ def decode_points(
     times_s, time_notes = _times(table, kept, header.stamp_ns)
     notes = header.notes + notes + time_notes
     return PointCloud(header.stamp_ns, header.frame_id, _select(points, kept), times_s, notes)
-
-
-def moved_point_times(msg: PointCloud2Message, shift_ns: int) -> NDArray[np.uint8] | None:
-    """The data (N,) of the cloud with its times later by the shift; None unless it has times of the clock.
-
-    Times from the stamp need no moving. Raises DataError when the layout contradicts itself.
-    """
-    table, _ = _table(msg)
-    names = [name for name in table.dtype.names or () if name in TIME_FIELDS]
-    kept = _in_range(_positions(table), 0.0, MAX_RANGE_M)
-    if not names or not kept.size or table.dtype[names[0]].kind != "f":
-        return None
-    unit_s = clock_unit_s(_select(table[names[0]].reshape(-1), kept), read_header(msg.header).stamp_ns)
-    if unit_s is None:
-        return None
-    data = bytes_of(msg.data).copy()
-    np.ndarray(table.shape, table.dtype, data, strides=table.strides)[names[0]] += shift_ns * 1e-9 / unit_s
-    return data
 
 
 def _table(msg: PointCloud2Message) -> tuple[NDArray[np.void], tuple[Note, ...]]:

@@ -39,12 +39,6 @@ def point_times(column: NDArray[Any], stamp_ns: int) -> tuple[NDArray[np.float64
     return (column.astype(np.float64) - zero) * seconds, ()
 
 
-def clock_unit_s(column: NDArray[Any], stamp_ns: int) -> float | None:
-    """The unit, in seconds, of the numbers (N,) where they are times of the clock; None where they are not."""
-    reading = _reading(column.min(), column.max(), stamp_ns)
-    return None if reading is None or reading[1] == 0 else reading[0]
-
-
 def _reading(low: Any, high: Any, stamp_ns: int) -> tuple[float, float] | None:
     """Unit in seconds, and the number that stands for the stamp; None if no reading is plausible."""
     readings = [

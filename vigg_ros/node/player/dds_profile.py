@@ -7,8 +7,6 @@ from __future__ import annotations
 import math
 import os
 import shutil
-import site
-import sys
 from collections.abc import Iterator, MutableMapping
 from importlib import metadata
 from pathlib import Path
@@ -66,5 +64,3 @@ def _share_folders() -> Iterator[Path]:
                 yield Path(str(file.locate())).resolve().parent
     except metadata.PackageNotFoundError:
         pass
-    for prefix in (sys.prefix, site.getuserbase()):
-        yield Path(prefix) / "share" / "vigg_ros"

@@ -9,19 +9,26 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from vigg_ros.bags.reader import BagReader, Topic
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from vigg_ros.bags.reader import BagReader, SerialisedMessage
 from vigg_ros.bags.topics import TopicChoice
-from vigg_ros.node.player.bag_publishers import Publishers
+from vigg_ros.node.player.bag_player import POLL_S, BagPlayer, Wait, ros_node
 from vigg_ros.node.player.dds_profile import set_profile
-from vigg_ros.node.player.live_display import LiveDisplay
-from vigg_ros.node.player.live_summary import Run
-from vigg_ros.node.player.node_process import NodeFailed, NodeProcess, Usage, node_command
-from vigg_ros.node.player.observer import Observer
-from vigg_ros.node.player.participant import participant
-from vigg_ros.node.player.playback import Plan, Playback, Sending
-from vigg_ros.node.player.scoreboard import Errors, Score, Scoreboard
+from vigg_ros.node.player.live_frames import LiveFrames
+from vigg_ros.node.player.live_table import LiveDisplay, live_rows
+from vigg_ros.node.player.node_process import NodeFailed, NodeProcess, Usage
 from vigg_ros.report.trajectory import Trajectory
+from vigg_ros.sensors.stamped_pose import decode_pose
+
+NODE = [sys.executable, "-m", "vigg_ros.node"]
+"""The node of this installation."""
 
 READY_S = 180.0
 """So long the node may take to subscribe: before, it compiles its kernels, up to a minute where they are not cached."""
@@ -29,116 +36,90 @@ READY_S = 180.0
 QUIET_S = 3.0
 """After the last message the node is stopped when everything is answered, or nothing was heard for so long."""
 
-MAX_REST_S = 60.0
+POSE, STATUS = "/registrar/pose", "/registrar/status"
 
 
 class LiveRun:
-    """Plays the chosen topics of an open bag to a node of its own, in a domain of its own."""
+    """Plays the chosen topics of an open bag to a node of its own, in a ROS domain of its own, and measures it."""
 
-    def __init__(
-        self,
-        reader: BagReader,
-        choice: TopicChoice,
-        *,
-        truth: Trajectory | None,
-        node_words: Sequence[str],
-        domain_id: int,
-        log: Path,
-    ) -> None:
-        self._reader = reader
-        self._choice = choice
-        self._truth = truth
-        self._domain_id = domain_id
-        self._board = Scoreboard(Errors(truth))
+    def __init__(self, reader: BagReader, choice: TopicChoice, truth: Trajectory | None, *, domain_id: int) -> None:
+        self.frames = LiveFrames(truth)
         self.notes = set_profile()
         """What went wrong on the way, and what the node warned of."""
-        environment = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "PYTHONUNBUFFERED": "1"}
-        self._process = NodeProcess(node_command(node_words), log, environment)
-        self._leader = choice.image if choice.points is None else choice.points
+        self.exit_code = 0
+        """Of the node."""
+        self._reader = reader
+        self._domain_id = domain_id
+        # What the node subscribes to; the truth is nothing that it should see.
+        inputs = (choice.image, choice.camera_info, choice.depth, choice.points)
+        self._topics = [topic.name for topic in inputs if topic is not None]
+        self._leading_topic = (choice.points or choice.image).name
         self._usage: list[Usage | None] = [None, None]
-        self._played_s = 0.0
-        self._exit_code = 0
-        self.late_s = 0.0
-        """By how much a message was published later than its place in the rhythm, at most."""
+        self._display = LiveDisplay(self.rows)
 
-    def run(self, plan: Plan, *, best_effort: bool) -> bool:
-        """Do it all; True if the user interrupted. Raises NodeFailed if the node never got ready."""
-        interrupted = False
-        with participant("vigg_live", domain_id=self._domain_id) as node, self._process:
-            publishers = Publishers(node, self._topics, self._reader.latched(), best_effort=best_effort)
-            observer = Observer(node, self._board)
+    def run(self, node_words: Sequence[str], log: Path, *, rate: float, best_effort: bool) -> bool:
+        """Do it all; True if the user interrupted. Raises NodeFailed if the node never got ready, or died."""
+        environment = {**os.environ, "ROS_DOMAIN_ID": str(self._domain_id), "PYTHONUNBUFFERED": "1"}
+        command = [*NODE, *node_words]
+        with ros_node("vigg_live", self._domain_id) as ros, NodeProcess(command, log, environment) as process:
+            player = BagPlayer(ros, self._reader, self._topics, best_effort=best_effort)
+            wait = self._receiving(ros, process)
+            interrupted = False
             try:
-                with observer.listening():
-                    self._wait_until_ready(publishers, observer)
-                    self._play(publishers, plan)
+                self._wait_until_ready(ros, player, wait)
+                self._usage = [process.usage()] * 2
+                player.play(rate, self._note_frame, wait)
+                self.frames.heard_s = time.monotonic()
+                while self.frames.pending and time.monotonic() - self.frames.heard_s < QUIET_S:
+                    wait(POLL_S)
             except KeyboardInterrupt:
                 interrupted = True
-            self._exit_code = self._process.stop()
-            self.notes += [*publishers.notes, *observer.faults]
+            self.exit_code = process.stop()
             # Drops are counted in the table; what the node said of them on the way is out of date.
-            problems = [line for line in self._process.problems() if "(DROPPED)" not in line]
-            self.notes += [f"the node says: {line}" for line in problems]
+            warnings = (f"the node says: {line}" for line in process.warnings() if "(DROPPED)" not in line)
+            self.notes += [*player.notes, *player.lateness_notes(), *warnings]
+        self._display.clear()
         return interrupted
 
-    @property
-    def summary(self) -> Run:
-        """What happened."""
-        return Run(
-            recording=self._reader.path.name,
-            leader="colour image" if self._choice.points is None else "scan",
-            score=self._board.score(time.monotonic()),
-            played_s=self._played_s,
-            has_truth=self._truth is not None,
-            at_start=self._usage[0],
-            at_end=self._usage[1],
-            exit_code=self._exit_code,
-        )
+    def rows(self) -> dict[str, str]:
+        """The figures so far."""
+        return live_rows(self.frames, *self._usage)
 
-    @property
-    def _topics(self) -> list[Topic]:
-        """What the node subscribes to; the truth is nothing that a node should see."""
-        choice = self._choice
-        return [topic for topic in (choice.image, choice.camera_info, choice.depth, choice.points) if topic]
+    def _receiving(self, ros: Node, process: NodeProcess) -> Wait:
+        """A way to wait in which the node's answers are taken, and the figures shown."""
+        ros.create_subscription(PoseStamped, POSE, self._take_pose, QoSProfile(depth=1000))
+        ros.create_subscription(DiagnosticStatus, STATUS, self._take_status, QoSProfile(depth=1000))
+        executor = SingleThreadedExecutor(context=ros.context)
+        executor.add_node(ros)
 
-    def _wait_until_ready(self, publishers: Publishers, observer: Observer) -> None:
+        def wait(seconds: float) -> None:
+            executor.spin_once(timeout_sec=seconds)
+            process.check()
+            self._usage[1] = process.usage()
+            if self.frames.all:
+                self._display.update()
+
+        return wait
+
+    def _wait_until_ready(self, ros: Node, player: BagPlayer, wait: Wait) -> None:
         print("waiting for the node (the first run compiles its kernels) ...", file=sys.stderr, flush=True)
-        names = [topic.name for topic in self._topics]
-        if not publishers.wait_for_subscribers(READY_S, names, check=self._process.check):
-            missing = ", ".join(publishers.unheard(names))
-            raise NodeFailed(f"the node did not subscribe to {missing or 'its topics'} within {READY_S:.0f} s")
-        if observer.publishers > 1:
+        missing = player.wait_for_subscribers(self._topics, wait, timeout_s=READY_S)
+        if missing:
+            raise NodeFailed(f"the node did not subscribe to {', '.join(missing)} within {READY_S:g} s")
+        if ros.count_publishers(STATUS) > 1:
             raise NodeFailed(
                 f"another registrar runs on ROS_DOMAIN_ID={self._domain_id}; stop it, or choose another --domain-id"
             )
 
-    def _play(self, publishers: Publishers, plan: Plan) -> None:
-        self._usage = [self._process.usage()] * 2
-        start_s = time.monotonic()
-        display = LiveDisplay(self._look, start_s=start_s)
-        playback = Playback(self._reader, publishers, plan, ticks=[lambda _: display.update()])
+    def _note_frame(self, message: SerialisedMessage) -> None:
+        if message.topic == self._leading_topic and message.stamp_ns:
+            self.frames.send(message.stamp_ns)
 
-        def announce(sending: Sending) -> None:
-            if sending.topic == self._leader.name and sending.recorded_ns and sending.stamp_ns:
-                self._board.sent(sending.recorded_ns, sending.stamp_ns, sending.at_s)
-                self._played_s = sending.at_s - start_s
-            self._process.check()
+    def _take_pose(self, message: Any) -> None:
+        pose = decode_pose(message)
+        self.frames.take_pose(pose.stamp_ns, pose.T_frame_child)
 
-        try:
-            playback.run(announce)
-            self._await_the_rest(display)
-        finally:
-            self.late_s = playback.late_s
-            self._usage[1] = self._process.usage()
-
-    def _await_the_rest(self, display: LiveDisplay) -> None:
-        """Until every frame is answered, or the node has fallen silent."""
-        ended_s = time.monotonic()
-        while (now_s := time.monotonic()) < ended_s + MAX_REST_S:
-            if not self._board.score(now_s).silent or now_s - max(ended_s, self._board.heard_s) > QUIET_S:
-                return
-            self._process.check()
-            display.update()
-            time.sleep(0.05)
-
-    def _look(self) -> tuple[Score, Usage | None]:
-        return self._board.score(time.monotonic()), self._process.usage()
+    def _take_status(self, message: Any) -> None:
+        values = {entry.key: entry.value for entry in message.values}
+        if "stamp_ns" in values:  # else it is of no frame: WAITING
+            self.frames.take_status(int(values["stamp_ns"]), values["state"], values.get("reason", ""))

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``vigg play`` over real DDS: what a subscriber gets is what the bag holds."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+
+from vigg_ros.bags.reader import BagReader, SerialisedMessage, Topic
+from vigg_ros.cli.main import main
+from vigg_ros.node.player import bag_player
+from vigg_ros.node.player.bag_player import MAX_PAUSE_NS, BagPlayer, ros_node, with_positions
+from vigg_ros.node.player.dds_profile import VARIABLE
+from vigg_ros_testing.bag_samples import COLOUR, DEPTH, FRAMES, INFO, rgbd_entries, write_bag, write_ros1_bag
+from vigg_ros_testing.dds_listener import DOMAIN_ID, Listener, listening, wait_until
+
+STRING = "std_msgs/msg/String"
+SECOND_NS = 1_000_000_000
+DOMAIN = ["--domain-id", str(DOMAIN_ID)]
+
+
+@pytest.fixture
+def listener(monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener]:
+    monkeypatch.setenv(VARIABLE, os.environ.get(VARIABLE, ""))  # the command sets it, and here it is taken back
+    with listening() as listener:
+        listener.subscribe(Image, COLOUR, DEPTH)
+        listener.subscribe(CameraInfo, INFO)
+        yield listener
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    return write_bag(tmp_path / "bag", rgbd_entries())
+
+
+def has_all(listener: Listener, times: int = 1) -> bool:
+    return wait_until(lambda: min(map(len, listener.received.values())) >= times * FRAMES)
+
+
+def recorded(topic: str) -> list[bytes]:
+    return [one.data for one in rgbd_entries() if one.topic == topic]
+
+
+@pytest.mark.parametrize("write", [write_bag, write_ros1_bag])
+def test_every_message_arrives_bit_by_bit_in_the_order_of_stamps(
+    write, listener: Listener, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    late, *others = rgbd_entries()
+    assert main(["play", str(write(tmp_path / "a.bag", [*others, late])), *DOMAIN]) == 0
+    assert has_all(listener)
+    for topic, messages in listener.received.items():
+        # rosbags writes what was a ROS 1 message without the alignment at its end.
+        assert [data.ljust(len(one), b"\0") for data, one in zip(recorded(topic), messages, strict=True)] == messages
+    first, last = capsys.readouterr().out.splitlines()
+    words = shlex.split(first)  # for the node, and nothing else
+    assert words[0] == f"ROS_DOMAIN_ID={DOMAIN_ID}"
+    assert {"--ros-args", f"rgb/image:={COLOUR}", f"depth/image:={DEPTH}", "config:=rgbd"} < set(words)
+    assert last.startswith(f"played {4 * FRAMES} messages")
+
+
+def test_a_loop_repeats_the_same_stamps_until_it_is_interrupted(bag: Path, listener: Listener) -> None:
+    def interrupt() -> None:
+        has_all(listener, 3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt).start()
+    assert main(["play", str(bag), *DOMAIN, "--loop", "--rate", "4"]) == 130
+    assert listener.received[COLOUR][: 3 * FRAMES] == 3 * recorded(COLOUR)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("ignored", [False, True], ids=["from a terminal", "started with & from a script"])
+def test_signals_end_it_with_130_and_without_a_traceback(bag: Path, number: int, ignored: bool) -> None:
+    command = [sys.executable, "-m", "vigg_ros.cli.main", "play", str(bag), *DOMAIN]  # which waits for subscribers
+    command = ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command] if ignored else command
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    assert "waiting until the node has subscribed" in process.stderr.readline()
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert errors == "vigg play: interrupted\n"
+
+
+def strings(*stamps_ns: int | None, topic: str = "/words") -> list[SerialisedMessage]:
+    return [SerialisedMessage(topic, STRING, 0, stamp_ns, b"\0\1\0\0\2\0\0\0a\0") for stamp_ns in stamps_ns]
+
+
+def reader_of(*topics: Topic, messages: list[SerialisedMessage] = []) -> BagReader:  # noqa: B006
+    return SimpleNamespace(topics=topics, latched=lambda: {"/kept"}, serialised=lambda names, order: messages)
+
+
+@pytest.mark.parametrize("best_effort", [False, True])
+def test_latched_topics_are_always_reliable_and_what_cannot_be_published_is_said(best_effort: bool) -> None:
+    kinds = ["nobody_msgs/msg/Nothing", "std_msgs/msg/Nothing", "std_msgs/String", ""]
+    bad = [Topic("/words", "std_msgs/msg/Header", 1), Topic("/no good", STRING, 1), *(Topic("/a", k, 1) for k in kinds)]
+    with ros_node("player", DOMAIN_ID) as node:
+        reader = reader_of(Topic("/words", STRING, 1), Topic("/kept", STRING, 1), *bad)
+        notes = BagPlayer(node, reader, None, best_effort=best_effort).notes
+        (words,), (kept,) = (node.get_publishers_info_by_topic(name) for name in ("/words", "/kept"))
+    wanted = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
+    assert (words.qos_profile.reliability, words.qos_profile.durability) == (wanted, DurabilityPolicy.VOLATILE)
+    assert kept.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    assert kept.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    assert [note.split(": ")[0] for note in notes] == [f"{one.name} ({one.type}) is not played" for one in bad]
+
+
+def test_it_waits_for_the_topics_asked_for_and_leaves_when_all_has_arrived(listener: Listener) -> None:
+    with ros_node("player", DOMAIN_ID) as node:
+        reader = reader_of(Topic("/words", STRING, 1), Topic("/more", STRING, 1), messages=strings(*[None] * 40))
+        player = BagPlayer(node, reader, None, best_effort=False)
+        listener.subscribe(String, "/words")
+        assert player.wait_for_subscribers(["/words"], time.sleep) == []
+        assert player.wait_for_subscribers(["/words", "/more"], time.sleep, timeout_s=0.1) == ["/more"]
+        player.play(1.0, lambda message: None, time.sleep)
+        player.flush()
+    assert wait_until(lambda: len(listener.received["/words"]) == 40)
+
+
+@pytest.mark.parametrize("rate", [0.25, 1.0, 4.0])
+def test_messages_are_due_by_their_stamps_and_the_rate(rate: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s, sent_s = [17.0], []
+
+    def wait(seconds: float) -> None:
+        assert seconds <= bag_player.POLL_S
+        now_s[0] += seconds
+
+    def publishing(message: SerialisedMessage) -> None:
+        sent_s.append(now_s[0])
+        now_s[0] += 1.4 / rate * (len(sent_s) == 2)  # the second one takes longer than the third can wait
+
+    monkeypatch.setattr(bag_player, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    node = SimpleNamespace(create_publisher=lambda *_: SimpleNamespace(publish=lambda data: None))
+    messages = strings(*(7 * SECOND_NS + seconds * SECOND_NS for seconds in (0, 1, 2, 4)))
+    player = BagPlayer(node, reader_of(Topic("/words", STRING, 4), messages=messages), None, best_effort=False)
+    player.play(rate, publishing, wait)
+    assert [(at_s - 17.0) * rate for at_s in sent_s] == pytest.approx([0.0, 1.0, 2.4, 4.0])
+    late = "the rhythm was not kept: messages came up to 1.6 s late; play with a lower --rate"
+    assert player.lateness_notes() == ([late] if rate == 0.25 else [])
+
+
+def positions_s(*stamps_ns: int | None) -> list[float]:
+    return [position_s for position_s, _ in with_positions(strings(*stamps_ns))]
+
+
+def test_time_goes_on_where_stamps_are_missing_jump_back_or_lie_far_ahead() -> None:
+    s = SECOND_NS
+    assert positions_s(None, 0, 5 * s, 7 * s, None, 5 * s, 6 * s) == [0, 0, 0, 2, 2, 2, 3]
+    assert positions_s(5 * s, 10**6 * s) == [0, MAX_PAUSE_NS / s]
