@@ -11,19 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.decode import (
-    decode_camera_info,
     decode_compressed_depth,
     decode_compressed_image,
     decode_depth,
     decode_image,
     decode_points,
-    require_frame_id,
     stamp_ns,
 )
 from vigg_ros_testing.message_samples import (
-    camera_info,
     cloud,
     compressed,
     header,
@@ -46,10 +42,6 @@ SENSORS = {
     "points": (decode_points, lambda head: cloud(xyz_table(np.ones((3, 3))), header=head)),
 }
 EVERY_SENSOR = pytest.mark.parametrize("sensor", SENSORS)
-
-
-def decode_camera(msg):
-    return decode_camera_info(msg, images="raw")
 
 
 @pytest.mark.hostile("Stamps: 0 R")
@@ -95,25 +87,15 @@ def test_any_time_is_read_without_rounding(sec, nanosec):
     )
 
 
-EMPTY = pytest.mark.hostile("Frames and TF: Empty frame_id N with extrinsics by parameter, else R")
-
-
-@EMPTY
+@pytest.mark.hostile("Frames and TF: Empty frame_id N with extrinsics by parameter, else R")
 @EVERY_SENSOR
 @pytest.mark.parametrize("frame_id", ["", "/"])
-def test_an_empty_frame_is_noted_and_refused_where_tf_is_asked(sensor, frame_id):
+def test_an_empty_frame_is_noted(sensor, frame_id):
+    """Who asks TF for its place refuses it, see test_extrinsics.py."""
     decode, message = SENSORS[sensor]
     observation = decode(message(header(frame_id=frame_id)))
+    assert observation.frame_id == ""
     assert "FRAME_ID_EMPTY" in [note.code for note in observation.notes]
-    with pytest.raises(DataError) as caught:
-        require_frame_id(observation)
-    assert caught.value.code == "FRAME_ID_EMPTY"
-    assert "extrinsics" in caught.value.remedy
-
-
-@EMPTY
-def test_a_frame_with_a_name_may_be_looked_up():
-    require_frame_id(decode_camera(camera_info()))
 
 
 @pytest.mark.hostile("Frames and TF: leading slash stripped N")

@@ -12,7 +12,7 @@ from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros.sensors.compressed_depth import decode_compressed_depth
 from vigg_ros.sensors.compressed_image import decode_compressed_image
 from vigg_ros.sensors.depth_image import decode_depth
-from vigg_ros.sensors.header import require_frame_id, stamp_ns
+from vigg_ros.sensors.header import stamp_ns
 from vigg_ros.sensors.message_limits import MAX_PIXELS, MAX_POINTS, MAX_RANGE_M
 from vigg_ros.sensors.point_cloud import decode_points
 from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
@@ -32,6 +32,5 @@ __all__ = [
     "decode_pose",
     "decode_transform",
     "images_on",
-    "require_frame_id",
     "stamp_ns",
 ]

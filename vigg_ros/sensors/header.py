@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.message_limits import shortened
 from vigg_ros.sensors.message_shapes import HeaderMessage, TimeMessage
-from vigg_ros.sensors.observation import Note, Observation
+from vigg_ros.sensors.observation import Note
 
 NS_PER_S = 1_000_000_000
 MAX_FRAME_ID_LENGTH = 256
@@ -73,14 +73,3 @@ def read_frame_id(text: str, notes: list[Note]) -> str:
             Note("FRAME_ID_EMPTY", "an empty frame_id", "accepted", "set the driver's frame_id parameter")
         )
     return frame_id
-
-
-def require_frame_id(observation: Observation) -> None:
-    """Raise DataError if the frame has no name; for when its place is to be looked up in TF."""
-    if not observation.frame_id:
-        raise DataError(
-            "FRAME_ID_EMPTY",
-            found="an empty frame_id",
-            expected="the name of the sensor's frame in TF",
-            remedy="set the driver's frame_id, or give the extrinsics as a parameter",
-        )
