@@ -45,7 +45,7 @@ def test_the_motion_is_that_of_the_scanner(scene_folder: Path, tmp_path: Path, c
 
 
 @pytest.mark.parametrize(
-    ("extrinsics", "words"), [([], "needs --extrinsics X Y Z"), (["0"] * 7, "norm"), (["nan"] * 7, "finite")]
+    ("extrinsics", "words"), [([], "needs --extrinsics X Y Z"), (["0"] * 7, "quaternion"), (["nan"] * 7, "finite")]
 )
 def test_extrinsics_that_are_none_are_refused(extrinsics, words, scene_folder: Path, tmp_path: Path, capsys) -> None:
     np.save(tmp_path / "scan.npy", np.ones((10, 3), np.float32))

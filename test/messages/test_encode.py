@@ -5,18 +5,14 @@
 from __future__ import annotations
 
 import importlib
-import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.messages import encode
 from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.quaternion import quaternion_from_rotation, rotation_from_quaternion
 from vigg_ros.sensors.decode import (
     decode_camera_info,
     decode_depth,
@@ -256,24 +252,3 @@ def test_arrays_that_are_no_image_are_refused(pixels):
 def test_no_cloud_leaves_with_nan():
     with pytest.raises(ValueError, match="not finite"):
         encode.encode_points(np.full((2, 3), np.nan), stamp_ns=NS, frame_id="odom")
-
-
-ANGLES = st.floats(-math.pi, math.pi)
-
-
-@given(ANGLES, ANGLES, ANGLES)
-def test_quaternions_are_those_of_scipy(x, y, z):
-    R = Rotation.from_rotvec((x, y, z)).as_matrix()
-    q = np.array(quaternion_from_rotation(R))
-    expected = Rotation.from_matrix(R).as_quat()
-    assert min(np.abs(q - expected).max(), np.abs(q + expected).max()) < 1e-12
-    assert q[3] >= 0
-    assert abs(np.linalg.norm(q) - 1) < 1e-15
-    np.testing.assert_allclose(rotation_from_quaternion(*q), R, atol=1e-15)
-
-
-@pytest.mark.parametrize("axis", [(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0), (0.6, 0.8, 0), (-0.6, 0, 0.8)])
-@pytest.mark.parametrize("short_of_half_turn", [0.0, 1e-12, 1e-9, 1e-6])
-def test_half_turns_keep_their_digits(axis, short_of_half_turn):
-    R = Rotation.from_rotvec(np.array(axis) * (math.pi - short_of_half_turn)).as_matrix()
-    np.testing.assert_allclose(rotation_from_quaternion(*quaternion_from_rotation(R)), R, atol=1e-15)

@@ -17,6 +17,7 @@ from vigg_ros.messages.encode_header import encode_header, encode_time
 from vigg_ros.messages.encode_sensor import encode_camera_info, encode_image, encode_points
 from vigg_ros.messages.fields import RCLPY, ROSBAGS, Dialect, Message, Octet, build
 from vigg_ros.registration.quaternion import quaternion_from_rotation
+from vigg_ros.registration.rigid import is_rigid
 
 __all__ = [
     "RCLPY",
@@ -143,10 +144,9 @@ def _pose(T_frame_child: NDArray[np.floating]) -> Message:
 def _rigid(kind: str, T_frame_child: NDArray[np.floating]) -> tuple[Message, Message]:
     """Translation, as a Point or Vector3, and rotation of a transform."""
     T = _checked(T_frame_child, (4, 4))
-    R = T[:3, :3]
-    if not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0 or tuple(T[3]) != (0, 0, 0, 1):
+    if not is_rigid(T):
         raise ValueError(f"found {T.tolist()}, expected a rigid transform")
-    x, y, z, w = quaternion_from_rotation(R)
+    x, y, z, w = quaternion_from_rotation(T[:3, :3])
     rotation = Message("geometry_msgs/msg/Quaternion", {"x": x, "y": y, "z": z, "w": w})
     return _vector(kind, T[:3, 3]), rotation
 

@@ -87,20 +87,3 @@ class PointCloud2Message(Protocol):
     point_step: int
     row_step: int
     data: Any
-
-
-class VectorMessage(Protocol):
-    """geometry_msgs/Point or Vector3."""
-
-    x: float
-    y: float
-    z: float
-
-
-class QuaternionMessage(Protocol):
-    """geometry_msgs/Quaternion."""
-
-    x: float
-    y: float
-    z: float
-    w: float

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.rigid import is_rotation
 
 COEFFICIENT_COUNTS = {"plumb_bob": (4, 5), "rational_polynomial": (8, 12, 14), "equidistant": (4,)}
 """Distortion models of sensor_msgs/distortion_models.hpp and how many coefficients each may have."""
@@ -128,17 +129,13 @@ def _refuse_model(model: str, coefficients: tuple[float, ...]) -> None:
 
 def _check_rotation(rotation: tuple[float, ...]) -> None:
     R = np.asarray(rotation, dtype=np.float64)
-    # Calibration files print six digits; 1e-3 leaves room for that and refuses everything else.
-    if R.shape == (9,) and np.isfinite(R).all() and np.abs(R).max() < 2:
-        R = R.reshape(3, 3)
-        if np.allclose(R @ R.T, np.eye(3), atol=1e-3) and np.linalg.det(R) > 0:
-            return
-    raise DataError(
-        "BAD_RECTIFICATION",
-        found=f"rectification matrix R = {rotation}",
-        expected="a rotation, or all zeros",
-        remedy="calibrate the camera again; a monocular camera has the identity",
-    )
+    if R.shape != (9,) or not is_rotation(R.reshape(3, 3)):
+        raise DataError(
+            "BAD_RECTIFICATION",
+            found=f"rectification matrix R = {rotation}",
+            expected="a rotation, or all zeros",
+            remedy="calibrate the camera again; a monocular camera has the identity",
+        )
 
 
 @dataclass(frozen=True, slots=True)
