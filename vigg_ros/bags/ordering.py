@@ -21,13 +21,11 @@ from numpy.typing import NDArray
 
 from vigg_ros.bags.storage import Channel, RawMessage
 from vigg_ros.registration.errors import BagError
+from vigg_ros.sensors.header import RESTART_STEP_NS
 
 NEAR_MESSAGES = 32
 """A message at most this many places from its place in line waits in memory, others in a file.
 At most twice as many are held at a time: about 100 MB of RGB-D images."""
-
-_JUMP_NS = 1_000_000_000
-"""A step back of a second or more may begin a new loop; less is jitter, as in tracking."""
 
 _REPEATS = 4
 """So many repeated stamps in a row make a loop; fewer are duplicated messages."""
@@ -84,7 +82,7 @@ def stamp_order(entries: Sequence[StampEntry]) -> NDArray[np.intp]:
 def loop_numbers(entries: Sequence[StampEntry]) -> NDArray[np.intp]:
     """Which loop (N,) of a playback each entry belongs to, in recorded order; 0 for a bag without loops.
 
-    A new loop begins where a topic, a second or more back, shows several stamps in a row that the
+    A new loop begins where a topic, RESTART_STEP_NS or more back, shows several stamps in a row that the
     present loop has shown already. A single one is a duplicate, and new stamps are disorder.
     """
     loops = np.zeros(len(entries), dtype=np.intp)
@@ -114,7 +112,7 @@ class _TopicStamps:
 
     def add(self, index: int, stamp_ns: int) -> bool:
         """Take the next stamp; True if it makes clear that a new loop has begun."""
-        is_repeat = stamp_ns in self.seen and self.newest - stamp_ns >= _JUMP_NS
+        is_repeat = stamp_ns in self.seen and self.newest - stamp_ns >= RESTART_STEP_NS
         if not is_repeat or stamp_ns <= self.latest:
             self.repeated.clear()
         if is_repeat:

@@ -12,6 +12,10 @@ from vigg_ros.sensors.message_shapes import HeaderMessage, TimeMessage
 from vigg_ros.sensors.observation import Note
 
 NS_PER_S = 1_000_000_000
+
+RESTART_STEP_NS = NS_PER_S
+"""A topic whose stamps step back by at least this much has started again (a bag in a loop, a restarted clock)."""
+
 MAX_FRAME_ID_LENGTH = 256
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.options import PairingConfig
+from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
 from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.pairing import Pair, Pairing, Unpaired
@@ -68,7 +69,7 @@ class FrameAssembler:
     """
 
     def __init__(self, config: PairingConfig, extrinsics: Lookup | None = None) -> None:
-        self._slop_ns, self._queue_size = round(config.sync_slop_s * 1e9), config.queue_size
+        self._slop_ns, self._queue_size = round(config.sync_slop_s * NS_PER_S), config.queue_size
         self._pairing: Pairing[Leader, Follower] = Pairing(self._slop_ns, self._queue_size)
         self._waiting: deque[_Outcome] = deque()
         self._extrinsics = extrinsics

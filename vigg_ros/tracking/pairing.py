@@ -9,9 +9,7 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from vigg_ros.registration.errors import DataError
-
-LOOP_NS = 1_000_000_000
-"""A topic that jumps back by at least this much has started again (a bag in a loop, a restarted clock)."""
+from vigg_ros.sensors.header import RESTART_STEP_NS
 
 _A = TypeVar("_A")
 _B = TypeVar("_B")
@@ -112,7 +110,7 @@ class Pairing(Generic[_A, _B]):
         last_ns = self._last_ns[side]
         if last_ns is None or stamp_ns > last_ns:
             return False
-        if last_ns - stamp_ns >= LOOP_NS:
+        if last_ns - stamp_ns >= RESTART_STEP_NS:
             return True
         code = "STAMP_DUPLICATE" if stamp_ns == last_ns else "STAMP_LATE"
         raise DataError(
