@@ -47,7 +47,7 @@ def test_half_turns_keep_their_digits(axis: tuple[float, ...], short_of_half_tur
         ((0, 0, 0), (0, math.nan, 0, 1), "BAD_QUATERNION"),
     ],
 )
-def test_a_pose_that_is_none_is_refused(position_m: tuple[float, ...], quaternion: tuple[float, ...], code: str) -> None:
+def test_what_is_no_pose_is_refused(position_m: tuple[float, ...], quaternion: tuple[float, ...], code: str) -> None:
     with pytest.raises(DataError) as caught:
         rigid_from_quaternion(position_m, quaternion)
     assert caught.value.code == code
