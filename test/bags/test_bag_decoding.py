@@ -15,7 +15,7 @@ from vigg_ros.bags import decoding
 from vigg_ros.bags.decoding import Decoder, Undecodable, header_stamp_ns
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.storage import Channel, RawMessage
-from vigg_ros.sensors.decode import decode_image
+from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros_testing.bag_samples import (
     COLOUR,
     FRAMES,
@@ -123,8 +123,7 @@ def test_a_broken_ros1_message_is_skipped_and_counted(tmp_path: Path, monkeypatc
 @SCHEMA_ROW
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize(
-    "definition",
-    ["", "no definition at all {{{", "float64[", "unknown/Type x", "uint8 a\nuint8 a", "\0" * 50],
+    "definition", ["", "no definition at all {{{", "float64[", "unknown/Type x", "uint8 a\nuint8 a", "\0" * 50]
 )
 def test_a_broken_definition_of_another_type_refuses_nothing(definition, storage, tmp_path: Path) -> None:
     strange = [Entry("/strange", "my_msgs/msg/Strange", START_NS + k, b"\x00\x01\x00\x00" + bytes(8)) for k in range(3)]

@@ -12,7 +12,8 @@ import pytest
 
 from vigg_ros.bags.reader import BagReader, Topic
 from vigg_ros.registration.errors import BagError
-from vigg_ros.sensors.decode import decode_depth, decode_image
+from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros.sensors.depth_image import decode_depth
 from vigg_ros_testing.bag_samples import (
     COLOUR,
     DEPTH,

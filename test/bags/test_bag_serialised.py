@@ -160,8 +160,6 @@ def test_the_stamps_in_transforms_move_too() -> None:
     assert moved(moved(message, 5), -5).data == message.data
 
 
-
-
 def scan(times: np.ndarray) -> SerialisedMessage:
     """Points with a time each, as drivers of scanners publish them."""
     dtype = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("timestamp", times.dtype.newbyteorder("<"))]

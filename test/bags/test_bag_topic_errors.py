@@ -79,8 +79,7 @@ def test_a_missing_topic_lists_what_there_is(missing: str, option: str, listed: 
 def test_no_depth_of_either_kind_names_both_options() -> None:
     held = topics("image /c/rgb", "info /c/camera_info")
     with pytest.raises(
-        TopicError,
-        match=r"neither depth images \(--depth-topic\) nor clouds \(--points-topic\); .*: /c/rgb \(9\)",
+        TopicError, match=r"neither depth images \(--depth-topic\) nor clouds \(--points-topic\); .*: /c/rgb \(9\)"
     ):
         choose_topics(held)
     with pytest.raises(TopicError, match="found no topic for --depth-topic"):

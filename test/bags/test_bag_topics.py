@@ -61,11 +61,7 @@ def test_points_are_taken_when_they_are_asked_for() -> None:
                 "image /camera/depth_registered/image_raw",
                 "info /camera/depth_registered/camera_info",
             ),
-            (
-                "/camera/rgb/image_rect_color",
-                "/camera/rgb/camera_info",
-                "/camera/depth_registered/image_raw",
-            ),
+            ("/camera/rgb/image_rect_color", "/camera/rgb/camera_info", "/camera/depth_registered/image_raw"),
             id="openni",
         ),
         pytest.param(

@@ -30,7 +30,7 @@ from vigg_ros.messages.encode import (
     encode_transform,
 )
 from vigg_ros.registration.errors import BagError
-from vigg_ros.sensors.decode import decode_image
+from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros_testing.bag_samples import CAMERA, START_NS
 
 HEADER = {"stamp_ns": START_NS, "frame_id": "camera"}

@@ -13,15 +13,12 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.messages import encode
 from vigg_ros.registration.camera import Camera
-from vigg_ros.sensors.decode import (
-    decode_camera_info,
-    decode_depth,
-    decode_image,
-    decode_points,
-    decode_pose,
-    decode_transform,
-)
+from vigg_ros.sensors.camera_info import decode_camera_info
+from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros.sensors.depth_image import decode_depth
+from vigg_ros.sensors.point_cloud import decode_points
 from vigg_ros.sensors.rectification import Rectifier
+from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
 
 NS = 1_700_000_000_123_456_789
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -82,13 +79,7 @@ def test_odometry_survives(received):
     twist = np.arange(6.0)
     msg = received(
         encode.encode_odometry(
-            rigid(),
-            COVARIANCE,
-            twist,
-            2 * COVARIANCE,
-            stamp_ns=NS,
-            frame_id="odom",
-            child_frame_id="base_link",
+            rigid(), COVARIANCE, twist, 2 * COVARIANCE, stamp_ns=NS, frame_id="odom", child_frame_id="base_link"
         )
     )
     decoded = decode_pose(msg)
@@ -135,11 +126,7 @@ def test_diagnostics_survive(received):
     found = msg.status[1]
     assert found.level in (2, b"\x02")
     assert (found.name, found.message, found.hardware_id) == ("registrar", "lost: no depth", "lidar")
-    assert {pair.key: pair.value for pair in found.values} == {
-        "inliers": "120",
-        "rmse_m": "0.01",
-        "reason": "NO_DEPTH",
-    }
+    assert {pair.key: pair.value for pair in found.values} == {"inliers": "120", "rmse_m": "0.01", "reason": "NO_DEPTH"}
 
 
 @LIBRARIES
@@ -225,8 +212,7 @@ NAN_T[0, 3] = np.nan
 
 
 @pytest.mark.parametrize(
-    "T",
-    [NAN_T, np.zeros((4, 4)), np.diag([1.0, 1, -1, 1]), np.eye(3), np.diag([2.0, 2, 2, 1]), np.eye(4) * 2],
+    "T", [NAN_T, np.zeros((4, 4)), np.diag([1.0, 1, -1, 1]), np.eye(3), np.diag([2.0, 2, 2, 1]), np.eye(4) * 2]
 )
 def test_no_message_leaves_with_a_pose_that_is_none(T):
     with pytest.raises(ValueError, match="expected"):

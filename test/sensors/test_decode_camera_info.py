@@ -9,7 +9,7 @@ import pytest
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.decode import decode_camera_info, images_on
+from vigg_ros.sensors.camera_info import decode_camera_info, images_on
 from vigg_ros_testing.message_samples import STAMP_NS, camera_info, header, region, reject
 
 LENS = [-0.3, 0.1, 0.001, -0.002, 0.0]

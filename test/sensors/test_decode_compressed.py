@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.decode import decode_compressed_depth, decode_compressed_image
+from vigg_ros.sensors.compressed_depth import decode_compressed_depth
+from vigg_ros.sensors.compressed_image import decode_compressed_image
 from vigg_ros_testing.message_samples import STAMP_NS, compressed, png, png_payload, reject, rvl_payload
 
 COMPRESSED = (
@@ -133,12 +134,8 @@ def test_a_png_that_holds_less_than_it_says_is_refused():
     assert reject(decode_compressed_image, compressed(data, "png")).code == "COMPRESSED_BROKEN"
 
 
-@pytest.mark.hostile(
-    "Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R"
-)
-@pytest.mark.parametrize(
-    "text", ["16UC1; compressedDepth png", "32FC1; compressedDepth rvl", "16UC1; png compressed "]
-)
+@pytest.mark.hostile("Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R")
+@pytest.mark.parametrize("text", ["16UC1; compressedDepth png", "32FC1; compressedDepth rvl", "16UC1; png compressed "])
 def test_depth_on_the_image_topic_is_refused(text):
     assert reject(decode_compressed_image, compressed(png(RGB), text)).code == "IMAGE_IS_DEPTH"
 
@@ -243,9 +240,7 @@ def reject_rvl(msg) -> str:
     return caught.value.code
 
 
-@pytest.mark.hostile(
-    "Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R"
-)
+@pytest.mark.hostile("Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R")
 @pytest.mark.parametrize(
     ("data", "text", "code"),
     [

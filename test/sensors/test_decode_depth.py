@@ -10,7 +10,7 @@ import pytest
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
-from vigg_ros.sensors.decode import decode_depth
+from vigg_ros.sensors.depth_image import decode_depth
 from vigg_ros_testing.message_samples import STAMP_NS, image
 
 TYPES_ROW = pytest.mark.hostile(
@@ -25,12 +25,7 @@ METRES = np.array([[1.0, 1.5, 2.0], [2.5, 0.75, 40.0]])
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize(
     ("encoding", "values", "dtype"),
-    [
-        ("16UC1", MILLIMETRES, "u2"),
-        ("mono16", MILLIMETRES, "u2"),
-        ("32FC1", METRES, "f4"),
-        ("64FC1", METRES, "f8"),
-    ],
+    [("16UC1", MILLIMETRES, "u2"), ("mono16", MILLIMETRES, "u2"), ("32FC1", METRES, "f4"), ("64FC1", METRES, "f8")],
 )
 def test_each_type_becomes_metres(encoding, values, dtype, order):
     decoded = decode_depth(image(values.astype(order + dtype), encoding))

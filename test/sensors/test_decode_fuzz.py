@@ -18,15 +18,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.colour_image import DEPTH_ENCODINGS, ENCODINGS
-from vigg_ros.sensors.decode import (
-    decode_compressed_depth,
-    decode_compressed_image,
-    decode_depth,
-    decode_image,
-    decode_points,
-)
+from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS, decode_image
+from vigg_ros.sensors.compressed_depth import decode_compressed_depth
+from vigg_ros.sensors.compressed_image import decode_compressed_image
+from vigg_ros.sensors.depth_image import decode_depth
 from vigg_ros.sensors.observation import Calibration, Observation
+from vigg_ros.sensors.point_cloud import decode_points
 from vigg_ros_testing.decoder_samples import SAMPLES
 from vigg_ros_testing.message_samples import DATATYPES, cloud, compressed, image, point_field, xyz_table
 
@@ -35,7 +32,7 @@ MANY = settings(max_examples=6 * settings().max_examples)
 SIZES = st.integers(0, 9) | st.sampled_from([16, 255, 480, 640, 32_767, 2**16, 2**31, 2**32 - 1])
 FLOATS = st.floats() | st.sampled_from([0.0, 1.0, -1.0, 1e-300, 1e300, 500.0])
 TEXTS = st.text(max_size=20) | st.sampled_from(
-    [*ENCODINGS, *DEPTH_ENCODINGS, "equidistant", "plumb_bob", "rational_polynomial", "x", "t", "time"]
+    [*COLOUR_ENCODINGS, *DEPTH_ENCODINGS, "equidistant", "plumb_bob", "rational_polynomial", "x", "t", "time"]
     + ["jpeg", "16UC1; compressedDepth rvl", "32FC1; compressedDepth", "x" * 5000]
 )
 
@@ -139,7 +136,7 @@ def test_broken_messages(name, data):
 
 @MANY
 @given(
-    st.sampled_from([*ENCODINGS, *DEPTH_ENCODINGS]),
+    st.sampled_from([*COLOUR_ENCODINGS, *DEPTH_ENCODINGS]),
     st.binary(max_size=400),
     st.integers(1, 9),
     st.integers(1, 9),

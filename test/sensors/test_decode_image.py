@@ -9,7 +9,8 @@ import array
 import numpy as np
 import pytest
 
-from vigg_ros.sensors.decode import decode_depth, decode_image
+from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros.sensors.depth_image import decode_depth
 from vigg_ros_testing.message_samples import STAMP_NS, image, reject
 
 # One colour: red 200, green 100, blue 50. Two columns of it, then two of its opposite in the tests below.
@@ -31,8 +32,7 @@ def bayer(pattern: str, dtype: str = "u1") -> np.ndarray:
 
 
 ALL_ENCODINGS = pytest.mark.hostile(
-    "Image: encodings mono8 mono16 rgb8 bgr8 rgba8 bgra8 8UC1 8UC3 8UC4, four Bayer, yuv422/yuyv/uyvy, "
-    "nv12/nv21 A"
+    "Image: encodings mono8 mono16 rgb8 bgr8 rgba8 bgra8 8UC1 8UC3 8UC4, four Bayer, yuv422/yuyv/uyvy, nv12/nv21 A"
 )
 
 
@@ -182,8 +182,7 @@ def test_an_unknown_encoding_is_refused_and_shown_cut_and_escaped(encoding):
 
 @pytest.mark.hostile("Image: odd-width yuv R")
 @pytest.mark.parametrize(
-    ("encoding", "width", "height"),
-    [("uyvy", 5, 4), ("yuv422", 5, 4), ("yuyv", 5, 4), ("nv12", 5, 4), ("nv21", 6, 3)],
+    ("encoding", "width", "height"), [("uyvy", 5, 4), ("yuv422", 5, 4), ("yuyv", 5, 4), ("nv12", 5, 4), ("nv21", 6, 3)]
 )
 def test_pixels_that_share_colours_come_in_pairs(encoding, width, height):
     msg = image(plane(R, G), encoding, width=width, height=height)
@@ -195,9 +194,7 @@ def test_a_mosaic_too_small_to_interpolate_is_refused(size):
     assert reject(decode_image, image(np.ones(size, "u1"), "bayer_rggb8")).code == "IMAGE_DIMENSIONS"
 
 
-@pytest.mark.hostile(
-    "Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R"
-)
+@pytest.mark.hostile("Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R")
 @pytest.mark.parametrize("encoding", ["16UC1", "32FC1", "64FC1"])
 def test_depth_on_the_image_topic_is_refused(encoding):
     error = reject(decode_image, image(np.ones((4, 4), "f8"), encoding))

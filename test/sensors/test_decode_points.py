@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vigg_ros.sensors.decode import decode_points
+from vigg_ros.sensors.point_cloud import decode_points
 from vigg_ros_testing.message_samples import STAMP_NS, cloud, header, point_field, reject, xyz_table
 
 POINTS = np.array([[1.0, 2.0, 3.0], [-4.0, 5.5, -6.25], [7.0, 0.0, 0.0], [0.0, -8.0, 9.0]])
@@ -96,18 +96,6 @@ def test_points_that_are_none_are_dropped_with_their_times(bad, dtype):
 def test_numbers_beyond_float32_are_dropped_without_a_warning(dtype):
     points = np.vstack((POINTS, [[1e300, 0, 0], [-1e300, 1e-300, np.nan]]))
     np.testing.assert_array_equal(decode_points(cloud(xyz_table(points, dtype))).points, POINTS)
-
-
-def test_the_range_is_inclusive():
-    points = [[1.0, 0, 0], [0, 2.0, 0], [0, 0, 3.0], [4.0, 0, 0]]
-    decoded = decode_points(cloud(xyz_table(points)), min_range_m=2.0, max_range_m=3.0)
-    np.testing.assert_array_equal(decoded.points, points[1:3])
-
-
-def test_no_parameter_makes_a_sensor_of_unlimited_range():
-    points = np.vstack((POINTS, [[1e18, 0, 0], [0, np.inf, 0]]))
-    decoded = decode_points(cloud(xyz_table(points)), max_range_m=np.inf)
-    np.testing.assert_array_equal(decoded.points, POINTS)
 
 
 SHORT = "PointCloud2: data shorter than row_step * height R, longer N"

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vigg_ros.sensors.decode import decode_pose, decode_transform
+from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
 from vigg_ros_testing.message_samples import header, reject
 
 
@@ -47,13 +47,7 @@ def test_a_quaternion_of_another_length_is_the_same_rotation(decode, message):
 @BOTH
 @pytest.mark.parametrize(
     "rotation",
-    [
-        quaternion(w=0.0),
-        quaternion(w=1e-9),
-        quaternion(x=np.nan),
-        quaternion(y=np.inf),
-        quaternion(w=-np.inf),
-    ],
+    [quaternion(w=0.0), quaternion(w=1e-9), quaternion(x=np.nan), quaternion(y=np.inf), quaternion(w=-np.inf)],
 )
 def test_a_quaternion_that_is_no_rotation_is_refused(decode, message, rotation):
     assert reject(decode, message(vector(), rotation)).code == "BAD_QUATERNION"
@@ -66,9 +60,7 @@ def test_a_position_that_is_not_finite_is_refused(decode, message, axis, value):
     assert reject(decode, message(vector(**{axis: value}), quaternion())).code == "BAD_POSITION"
 
 
-@pytest.mark.parametrize(
-    "changes", [{"child_frame_id": ""}, {"child_frame_id": "/"}, {"header": header(frame_id="")}]
-)
+@pytest.mark.parametrize("changes", [{"child_frame_id": ""}, {"child_frame_id": "/"}, {"header": header(frame_id="")}])
 def test_a_transform_names_both_frames(changes):
     assert reject(decode_transform, transform(vector(), quaternion(), **changes)).code == "FRAME_ID_EMPTY"
 

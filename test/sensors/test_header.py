@@ -11,24 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vigg_ros.sensors.decode import (
-    decode_compressed_depth,
-    decode_compressed_image,
-    decode_depth,
-    decode_image,
-    decode_points,
-    stamp_ns,
-)
-from vigg_ros_testing.message_samples import (
-    cloud,
-    compressed,
-    header,
-    image,
-    png,
-    png_payload,
-    reject,
-    xyz_table,
-)
+from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros.sensors.compressed_depth import decode_compressed_depth
+from vigg_ros.sensors.compressed_image import decode_compressed_image
+from vigg_ros.sensors.depth_image import decode_depth
+from vigg_ros.sensors.header import stamp_ns
+from vigg_ros.sensors.point_cloud import decode_points
+from vigg_ros_testing.message_samples import cloud, compressed, header, image, png, png_payload, reject, xyz_table
 
 MILLIMETRES = np.full((2, 2), 900, "<u2")
 SENSORS = {
@@ -82,9 +71,7 @@ def test_nanoseconds_are_kept_exactly(sensor, sec, nanosec, expected):
 def test_any_time_is_read_without_rounding(sec, nanosec):
     if sec == nanosec == 0:
         return
-    assert str(stamp_ns(SimpleNamespace(sec=np.uint32(sec), nanosec=np.uint32(nanosec)))) == str(
-        sec * 10**9 + nanosec
-    )
+    assert str(stamp_ns(SimpleNamespace(sec=np.uint32(sec), nanosec=np.uint32(nanosec)))) == str(sec * 10**9 + nanosec)
 
 
 @pytest.mark.hostile("Frames and TF: Empty frame_id N with extrinsics by parameter, else R")

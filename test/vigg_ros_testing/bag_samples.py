@@ -26,7 +26,7 @@ from vigg_ros.messages.encode import (
     encode_transform,
 )
 from vigg_ros.registration.camera import Camera
-from vigg_ros.sensors.decode import decode_image
+from vigg_ros.sensors.colour_image import decode_image
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 START_NS = 1_700_000_000_123_456_789
@@ -97,11 +97,7 @@ def write_bag(
     with writer:
         for topic, type_name, definition in _declared(entries, topics, definitions or {}):
             connections[topic, type_name] = writer.add_connection(
-                topic,
-                type_name,
-                typestore=STORE,
-                msgdef=definition,
-                rihs01="RIHS01_0" if definition else None,
+                topic, type_name, typestore=STORE, msgdef=definition, rihs01="RIHS01_0" if definition else None
             )
         for one in entries:
             writer.write(connections[one.topic, one.type], one.log_ns, one.data)

@@ -11,14 +11,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from vigg_ros.sensors.decode import (
-    decode_camera_info,
-    decode_compressed_depth,
-    decode_compressed_image,
-    decode_depth,
-    decode_image,
-    decode_points,
-)
+from vigg_ros.sensors.camera_info import decode_camera_info
+from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros.sensors.compressed_depth import decode_compressed_depth
+from vigg_ros.sensors.compressed_image import decode_compressed_image
+from vigg_ros.sensors.depth_image import decode_depth
+from vigg_ros.sensors.point_cloud import decode_points
 from vigg_ros_testing.message_samples import (
     camera_info,
     cloud,
@@ -59,20 +57,14 @@ SAMPLES = {
     "bgr8": Sample(decode_image, image(np.arange(24, dtype="u1").reshape(2, 4, 3), "bgr8"), "Image"),
     "mono16": Sample(decode_image, image(np.arange(8, dtype=">u2").reshape(2, 4) * 8191, "mono16"), "Image"),
     "bayer": Sample(decode_image, image(np.arange(48, dtype="u1").reshape(6, 8), "bayer_grbg8"), "Image"),
-    "nv12": Sample(
-        decode_image, image(np.arange(36, dtype="u1").reshape(6, 6), "nv12", height=4, width=6), "Image"
-    ),
+    "nv12": Sample(decode_image, image(np.arange(36, dtype="u1").reshape(6, 6), "nv12", height=4, width=6), "Image"),
     "16UC1": Sample(decode_depth, image(MILLIMETRES, "16UC1"), "Image"),
     "32FC1": Sample(decode_depth, image(MILLIMETRES.astype(">f4"), "32FC1"), "Image"),
     "64FC1": Sample(decode_depth, image(MILLIMETRES.astype("<f8") / 1000, "64FC1"), "Image"),
-    "png": Sample(
-        decode_compressed_image, compressed(png(np.ones((3, 4, 3), "u1")), "png"), "CompressedImage"
-    ),
+    "png": Sample(decode_compressed_image, compressed(png(np.ones((3, 4, 3), "u1")), "png"), "CompressedImage"),
     "jpeg": Sample(decode_compressed_image, compressed(JPEG, "jpeg"), "CompressedImage"),
     "depth png": Sample(
-        decode_compressed_depth,
-        compressed(png_payload(MILLIMETRES), "16UC1; compressedDepth png"),
-        "CompressedImage",
+        decode_compressed_depth, compressed(png_payload(MILLIMETRES), "16UC1; compressedDepth png"), "CompressedImage"
     ),
     "depth rvl": Sample(
         decode_compressed_depth,
@@ -90,9 +82,7 @@ SAMPLES = {
         "CameraInfo",
     ),
     "rectified camera": Sample(rectified_camera, camera_info(), "CameraInfo"),
-    "organised points": Sample(
-        decode_points, cloud(xyz_table(POINTS, ">f4", t=TIMES_NS).reshape(2, 5)), "PointCloud2"
-    ),
+    "organised points": Sample(decode_points, cloud(xyz_table(POINTS, ">f4", t=TIMES_NS).reshape(2, 5)), "PointCloud2"),
     "points": Sample(
         decode_points,
         cloud(xyz_table(POINTS, "<f8", time=np.linspace(0, 0.1, 10)), header=header(frame_id="/lidar")),

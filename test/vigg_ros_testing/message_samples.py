@@ -128,8 +128,7 @@ def png(pixels: np.ndarray, *, claimed: tuple[int, int] | None = None) -> bytes:
     head = struct.pack(">IIBBBBB", *(claimed or (width, height)), depth, colour_type, 0, 0, 0)
     chunks = ((b"IHDR", head), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-        for kind, body in chunks
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in chunks
     )
 
 

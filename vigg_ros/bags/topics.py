@@ -88,10 +88,7 @@ class _Candidates:
 
 
 def choose_topics(
-    topics: Sequence[Topic],
-    requested: TopicRequest = TopicRequest(),
-    *,
-    encodings: Mapping[str, str] | None = None,
+    topics: Sequence[Topic], requested: TopicRequest = TopicRequest(), *, encodings: Mapping[str, str] | None = None
 ) -> TopicChoice:
     """The topics to use, of those a bag holds (``BagReader.topics``, ``BagReader.encodings()``).
 

@@ -10,15 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
-from rosbags.interfaces import (
-    Connection,
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
+from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
 
 from vigg_ros.bags.decoding import message_types
@@ -63,11 +55,7 @@ class BagWriter:
     """
 
     def __init__(
-        self,
-        path: Path | str,
-        *,
-        storage: Literal["mcap", "sqlite3"] = "mcap",
-        compression: Compression = "none",
+        self, path: Path | str, *, storage: Literal["mcap", "sqlite3"] = "mcap", compression: Compression = "none"
     ) -> None:
         self.path = Path(path)
         if compression == "chunk" and storage != "mcap":

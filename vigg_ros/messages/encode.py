@@ -50,11 +50,7 @@ def encode_pose(T_frame_child: NDArray[np.floating], *, stamp_ns: int, frame_id:
 
 
 def encode_pose_with_covariance(
-    T_frame_child: NDArray[np.floating],
-    covariance: NDArray[np.floating],
-    *,
-    stamp_ns: int,
-    frame_id: str,
+    T_frame_child: NDArray[np.floating], covariance: NDArray[np.floating], *, stamp_ns: int, frame_id: str
 ) -> Message:
     """geometry_msgs/PoseWithCovarianceStamped; covariance (6, 6) of x, y, z (m) and the rotations (rad)."""
     fields = {
@@ -85,9 +81,7 @@ def encode_odometry(
     return Message("nav_msgs/msg/Odometry", fields)
 
 
-def encode_path(
-    poses: Sequence[tuple[int, NDArray[np.floating]]], *, stamp_ns: int, frame_id: str
-) -> Message:
+def encode_path(poses: Sequence[tuple[int, NDArray[np.floating]]], *, stamp_ns: int, frame_id: str) -> Message:
     """nav_msgs/Path of (stamp_ns, pose (4, 4)), all in the same frame."""
     stamped = tuple(encode_pose(T, stamp_ns=ns, frame_id=frame_id) for ns, T in poses)
     return Message("nav_msgs/msg/Path", {"header": encode_header(stamp_ns, frame_id), "poses": stamped})
@@ -117,16 +111,9 @@ def encode_diagnostic_status(
 ) -> Message:
     """diagnostic_msgs/DiagnosticStatus; values become text, in their order."""
     pairs = tuple(
-        Message("diagnostic_msgs/msg/KeyValue", {"key": key, "value": str(value)})
-        for key, value in values.items()
+        Message("diagnostic_msgs/msg/KeyValue", {"key": key, "value": str(value)}) for key, value in values.items()
     )
-    fields = {
-        "level": Octet(level),
-        "name": name,
-        "message": message,
-        "hardware_id": hardware_id,
-        "values": pairs,
-    }
+    fields = {"level": Octet(level), "name": name, "message": message, "hardware_id": hardware_id, "values": pairs}
     return Message("diagnostic_msgs/msg/DiagnosticStatus", fields)
 
 

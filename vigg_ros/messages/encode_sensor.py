@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vigg_ros.messages.encode_header import encode_header
 from vigg_ros.messages.fields import Message
 from vigg_ros.registration.camera import Camera
-from vigg_ros.sensors.rectification import IDENTITY, Rectifier
+from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier
 
 _ENCODINGS = {("uint8", 2): "mono8", ("uint8", 3): "bgr8", ("uint16", 2): "16UC1", ("float32", 2): "32FC1"}
 _FLOAT32 = 7
@@ -40,9 +40,7 @@ def encode_image(pixels: NDArray[Any], *, stamp_ns: int, frame_id: str) -> Messa
     return Message("sensor_msgs/msg/Image", fields)
 
 
-def encode_camera_info(
-    camera: Camera, *, stamp_ns: int, frame_id: str, rectifier: Rectifier | None = None
-) -> Message:
+def encode_camera_info(camera: Camera, *, stamp_ns: int, frame_id: str, rectifier: Rectifier | None = None) -> Message:
     """sensor_msgs/CameraInfo: P of the rectified camera; K, D and R of the raw one with a rectifier."""
     raw = camera if rectifier is None else rectifier.raw
     coefficients = (0.0,) * 5 if rectifier is None else rectifier.coefficients
@@ -53,7 +51,7 @@ def encode_camera_info(
         "distortion_model": "plumb_bob" if rectifier is None else rectifier.model,
         "d": np.array(coefficients),
         "k": raw.matrix.reshape(-1),
-        "r": np.array(IDENTITY if rectifier is None else rectifier.R_rectified_raw),
+        "r": np.array(IDENTITY_ROTATION if rectifier is None else rectifier.R_rectified_raw),
         "p": np.column_stack((camera.matrix, np.zeros(3))).reshape(-1),
         "binning_x": 0,
         "binning_y": 0,
@@ -63,11 +61,7 @@ def encode_camera_info(
 
 
 def encode_points(
-    points: NDArray[np.floating],
-    *,
-    stamp_ns: int,
-    frame_id: str,
-    colours: NDArray[np.uint8] | None = None,
+    points: NDArray[np.floating], *, stamp_ns: int, frame_id: str, colours: NDArray[np.uint8] | None = None
 ) -> Message:
     """sensor_msgs/PointCloud2 of points (N, 3) as float32 x, y, z, and of colours (N, 3) BGR as PCL's rgb."""
     names = ("x", "y", "z") if colours is None else ("x", "y", "z", "rgb")

@@ -56,9 +56,7 @@ ROSBAGS = Dialect(sequence=lambda values: values, octet=int)
 
 def build(message: Message, class_of: Callable[[str], Callable[..., Any]], dialect: Dialect) -> Any:
     """The message as an object of the class that ``class_of`` names for its type."""
-    return class_of(message.type)(
-        **{name: _built(value, class_of, dialect) for name, value in message.fields.items()}
-    )
+    return class_of(message.type)(**{name: _built(value, class_of, dialect) for name, value in message.fields.items()})
 
 
 def _built(value: Any, class_of: Callable[[str], Callable[..., Any]], dialect: Dialect) -> Any:

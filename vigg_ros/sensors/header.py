@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_shapes import HeaderMessage, TimeMessage
+from vigg_ros.sensors.message_protocols import HeaderMessage, TimeMessage
 from vigg_ros.sensors.observation import Note
 
 NS_PER_S = 1_000_000_000
@@ -69,11 +69,7 @@ def read_frame_id(text: str, notes: list[Note]) -> str:
         )
     frame_id = text.lstrip("/")
     if frame_id != text:
-        notes.append(
-            Note("FRAME_ID_SLASH", f"frame_id {text!r}", f"taken as {frame_id!r}", "tf2 knows no slash")
-        )
+        notes.append(Note("FRAME_ID_SLASH", f"frame_id {text!r}", f"taken as {frame_id!r}", "tf2 knows no slash"))
     if not frame_id:
-        notes.append(
-            Note("FRAME_ID_EMPTY", "an empty frame_id", "accepted", "set the driver's frame_id parameter")
-        )
+        notes.append(Note("FRAME_ID_EMPTY", "an empty frame_id", "accepted", "set the driver's frame_id parameter"))
     return frame_id

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from vigg_ros.registration.options import InputConfig
-from vigg_ros.sensors.camera_info import Policy, decode_camera_info, images_on
+from vigg_ros.sensors.camera_info import RectifyPolicy, decode_camera_info, images_on
 from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros.sensors.compressed_depth import decode_compressed_depth
 from vigg_ros.sensors.compressed_image import decode_compressed_image
@@ -31,7 +31,7 @@ class InputDecoder:
     """Decodes the messages of one camera. Which topic carries its images says whether they are rectified."""
 
     def __init__(self, config: InputConfig, image_topic: str) -> None:
-        policy: Policy = config.rectify  # type: ignore[assignment]
+        policy: RectifyPolicy = config.rectify  # type: ignore[assignment]
         self._images = images_on(image_topic, policy)
         self._depth_scale_m = config.depth_scale_m or None
         self._calibration: Calibration | None = None

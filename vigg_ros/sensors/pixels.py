@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.message_limits import check_image_size, shortened
-from vigg_ros.sensors.message_shapes import ImageMessage
+from vigg_ros.sensors.message_protocols import ImageMessage
 from vigg_ros.sensors.observation import Note
 
 
