@@ -100,7 +100,7 @@ def test_imports_follow_the_flow(path: Path) -> None:
         ("vigg_ros.tracking.pairing", "from ..report import page"),
         ("vigg_ros.tracking.registrar", "import tf2_ros"),
         ("vigg_ros.pipeline", "from vigg_ros.node import scheduler"),
-        ("vigg_ros.messages.encode", "import vigg_ros.bags.writer"),
+        ("vigg_ros.messages.pose_messages", "import vigg_ros.bags.writer"),
         ("vigg_ros.bags.reader", "import vigg_ros.tracking.pairing"),
         ("vigg_ros.report.page", "import vigg_ros.cli.console"),
         ("vigg_ros.report.page", "from vigg_ros.bench.worlds import room"),

@@ -15,20 +15,17 @@ from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.encode import (
-    Message,
-    encode_camera_info,
-    encode_diagnostic_array,
-    encode_diagnostic_status,
-    encode_image,
+from vigg_ros.messages.diagnostic_messages import encode_diagnostic_array, encode_diagnostic_status
+from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import (
     encode_odometry,
     encode_path,
-    encode_points,
     encode_pose,
     encode_pose_with_covariance,
     encode_tf,
     encode_transform,
 )
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.errors import BagError
 from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros_testing.bag_samples import CAMERA, START_NS
@@ -85,7 +82,7 @@ def plain(value: object) -> object:
         return value.tolist()
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
-    return getattr(value, "value", value)
+    return ord(value) if isinstance(value, bytes) else value
 
 
 @pytest.mark.parametrize(("storage", "compression"), WAYS)

@@ -20,7 +20,8 @@ from vigg_ros.bags.writer import BagWriter
 from vigg_ros.bench.catalogue import expand
 from vigg_ros.bench.worlds import HandheldLoop, render_rgbd, room
 from vigg_ros.cli.main import COMMANDS, _parser, main
-from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_pose
+from vigg_ros.messages.pose_messages import encode_pose
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros.registration.camera import Camera
 
 CAMERA = Camera(160, 120, 131.0, 131.0, 79.5, 59.5)

@@ -16,7 +16,7 @@ from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
 from vigg_ros.cli.replay import add_arguments
-from vigg_ros.messages.encode import encode_camera_info
+from vigg_ros.messages.sensor_messages import encode_camera_info
 from vigg_ros_testing.doctor_bags import (
     CAMERA,
     CLOUD,

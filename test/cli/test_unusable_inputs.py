@@ -11,7 +11,7 @@ import pytest
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
-from vigg_ros.messages.encode import Message
+from vigg_ros.messages.fields import Message
 from vigg_ros_testing.doctor_bags import COLOUR, DEPTH, INFO, looking_along_x, sensor_message, write, write_static
 
 INTRINSICS = ["--intrinsics", "131", "131", "79.5", "59.5"]

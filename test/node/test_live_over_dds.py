@@ -18,14 +18,8 @@ pytest.importorskip("rclpy", reason="needs ROS 2: source Jazzy, or pip install '
 
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli.main import main
-from vigg_ros.messages.encode import (
-    encode_camera_info,
-    encode_image,
-    encode_points,
-    encode_pose,
-    encode_tf,
-    encode_transform,
-)
+from vigg_ros.messages.pose_messages import encode_pose, encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.node.player import live_run
 from vigg_ros.node.player.dds_profile import VARIABLE
 from vigg_ros.registration.camera import Camera

@@ -29,7 +29,8 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli import node_command
 from vigg_ros.cli.main import main
-from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_tf, encode_transform
+from vigg_ros.messages.pose_messages import encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros.node.player.dds_profile import VARIABLE
 from vigg_ros.registration.camera import Camera
 from vigg_ros_testing.dds_listener import DOMAIN_ID, Listener, listening, wait_until

@@ -12,7 +12,7 @@ import pytest
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat
-from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_points
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse

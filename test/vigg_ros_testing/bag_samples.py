@@ -15,16 +15,9 @@ from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.messages.encode import (
-    ROSBAGS,
-    Message,
-    build,
-    encode_camera_info,
-    encode_image,
-    encode_pose,
-    encode_tf,
-    encode_transform,
-)
+from vigg_ros.messages.fields import ROSBAGS, Message, build
+from vigg_ros.messages.pose_messages import encode_pose, encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros.registration.camera import Camera
 from vigg_ros.sensors.colour_image import decode_image
 

@@ -15,8 +15,10 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, PointCloud2
 
-from vigg_ros.messages import encode
+from vigg_ros.messages.diagnostic_messages import encode_diagnostic_array
 from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import encode_odometry, encode_pose, encode_pose_with_covariance
+from vigg_ros.messages.sensor_messages import encode_image, encode_points
 from vigg_ros.node.answer import Registered
 from vigg_ros.node.matches_picture import matches_picture
 from vigg_ros.node.ros_classes import ros
@@ -55,7 +57,7 @@ class Outputs:
         """Pose of the base, the registration itself, and odometry."""
         estimate = registered.estimate
         stamped = ros(
-            encode.encode_pose(pose.T_parent_child, stamp_ns=estimate.stamp_ns, frame_id=self._odom_frame)
+            encode_pose(pose.T_parent_child, stamp_ns=estimate.stamp_ns, frame_id=self._odom_frame)
         )
         self._pose.publish(stamped)
         self._poses.add(stamped, estimate.session)
@@ -71,7 +73,7 @@ class Outputs:
         if self._matches.get_subscription_count():
             picture = matches_picture(estimate, attempt)
             self._matches.publish(
-                ros(encode.encode_image(picture, stamp_ns=estimate.stamp_ns, frame_id=registered.frame_id))
+                ros(encode_image(picture, stamp_ns=estimate.stamp_ns, frame_id=registered.frame_id))
             )
 
     def publish_status(self, status: Message) -> None:
@@ -80,7 +82,7 @@ class Outputs:
 
     def publish_diagnostics(self, statuses: list[Message], *, stamp_ns: int) -> None:
         """A message on /diagnostics."""
-        self._diagnostics.publish(ros(encode.encode_diagnostic_array(statuses, stamp_ns=stamp_ns)))
+        self._diagnostics.publish(ros(encode_diagnostic_array(statuses, stamp_ns=stamp_ns)))
 
     def publish_path(self) -> None:
         """The path so far, if it has grown."""
@@ -91,7 +93,7 @@ class Outputs:
     def forget(self) -> None:
         """Begin a new path, and show that the old one and its keyframe hold no more; a reset asks for it."""
         if self._reference is not None:
-            nothing = encode.encode_points(np.empty((0, 3)), stamp_ns=self._reference[1], frame_id=self._odom_frame)
+            nothing = encode_points(np.empty((0, 3)), stamp_ns=self._reference[1], frame_id=self._odom_frame)
             self._keyframe_points.publish(ros(nothing))
         self._last = self._reference = None
         header = self._poses.clear()
@@ -106,7 +108,7 @@ class Outputs:
         outcome = estimate.outcome
         if not isinstance(outcome, Registration):
             return
-        message = encode.encode_pose_with_covariance(
+        message = encode_pose_with_covariance(
             outcome.T_target_source,
             outcome.covariance,
             stamp_ns=estimate.stamp_ns,
@@ -120,7 +122,7 @@ class Outputs:
         self._last = now
         if twist is None:
             return  # a velocity of 0 would be made up
-        message = encode.encode_odometry(
+        message = encode_odometry(
             pose.T_parent_child,
             pose.covariance,
             twist.velocity,
@@ -148,7 +150,7 @@ class Outputs:
         self._reference = (estimate.session, stamp_ns)
         T_odom_points = registered.mount.T_base_sensor @ T_odom_sensor
         points = features.surface.points @ T_odom_points[:3, :3].T + T_odom_points[:3, 3]
-        cloud = encode.encode_points(points, stamp_ns=stamp_ns, frame_id=self._odom_frame)
+        cloud = encode_points(points, stamp_ns=stamp_ns, frame_id=self._odom_frame)
         self._keyframe_points.publish(ros(cloud))
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from vigg_ros.messages.encode import ERROR, OK, WARN, encode_diagnostic_status
+from vigg_ros.messages.diagnostic_messages import ERROR, OK, WARN, encode_diagnostic_status
 from vigg_ros.messages.fields import Message
 from vigg_ros.node.answer import Answer, Fate
 from vigg_ros.node.frame_statistics import Tally

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.time import Time
 
-from vigg_ros.messages.encode import encode_transform
+from vigg_ros.messages.pose_messages import encode_transform
 from vigg_ros.node.ros_classes import ros
 from vigg_ros.node.tf_parents import ParentWatch
 from vigg_ros.registration.errors import ConfigError

@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages import encode
+from vigg_ros.messages.diagnostic_messages import ERROR, OK, encode_diagnostic_status
+from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import (
+    encode_path,
+    encode_pose,
+    encode_pose_with_covariance,
+    encode_tf,
+    encode_transform,
+)
 from vigg_ros.report.recording import FrameRecord
 
 Pose = tuple[int, NDArray[np.float64]]
@@ -56,7 +64,7 @@ class _Track:
         self._poses.append((record.stamp_ns, record.T_odom_frame))
         if record.stamp_ns - self._written_ns >= PATH_PERIOD_NS:
             self._written_ns = record.stamp_ns
-            message = encode.encode_path(thinned(self._poses), stamp_ns=record.stamp_ns, frame_id=ODOM_FRAME)
+            message = encode_path(thinned(self._poses), stamp_ns=record.stamp_ns, frame_id=ODOM_FRAME)
             writer.write("/registrar/path", message, log_ns=record.stamp_ns)
 
 
@@ -71,21 +79,21 @@ def thinned(poses: Sequence[Pose]) -> list[Pose]:
 def _write_pose(writer: BagWriter, record: FrameRecord, sensor_frame: str) -> None:
     stamp_ns, T_odom_frame = record.stamp_ns, record.T_odom_frame
     assert T_odom_frame is not None, "the caller has checked"
-    pose = encode.encode_pose(T_odom_frame, stamp_ns=stamp_ns, frame_id=ODOM_FRAME)
+    pose = encode_pose(T_odom_frame, stamp_ns=stamp_ns, frame_id=ODOM_FRAME)
     writer.write("/registrar/pose", pose, log_ns=stamp_ns)
-    transform = encode.encode_transform(
+    transform = encode_transform(
         T_odom_frame, stamp_ns=stamp_ns, frame_id=ODOM_FRAME, child_frame_id=sensor_frame
     )
-    writer.write("/tf", encode.encode_tf([transform]), log_ns=stamp_ns)
+    writer.write("/tf", encode_tf([transform]), log_ns=stamp_ns)
     if record.covariance is not None:
-        pose = encode.encode_pose_with_covariance(
+        pose = encode_pose_with_covariance(
             T_odom_frame, record.covariance, stamp_ns=stamp_ns, frame_id=ODOM_FRAME
         )
         writer.write("/registrar/pose_with_covariance", pose, log_ns=stamp_ns)
 
 
-def _status(record: FrameRecord) -> encode.Message:
+def _status(record: FrameRecord) -> Message:
     values = {"stamp_ns": record.stamp_ns, "session": record.session, "reason": record.reason}
-    level = encode.OK if record.is_answered else encode.ERROR
+    level = OK if record.is_answered else ERROR
     text = f"{record.state} {record.reason} {record.message}".strip()
-    return encode.encode_diagnostic_status(level, "registrar", text, values=values)
+    return encode_diagnostic_status(level, "registrar", text, values=values)

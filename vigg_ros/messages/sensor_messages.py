@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.messages.encode_header import encode_header
-from vigg_ros.messages.fields import Message
+from vigg_ros.messages.fields import Message, stamped
 from vigg_ros.registration.camera import Camera
 from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier
 
-_ENCODINGS = {("uint8", 2): "mono8", ("uint8", 3): "bgr8", ("uint16", 2): "16UC1", ("float32", 2): "32FC1"}
+_ENCODINGS_OF_ARRAYS = {("uint8", 2): "mono8", ("uint8", 3): "bgr8", ("uint16", 2): "16UC1", ("float32", 2): "32FC1"}
 _FLOAT32 = 7
+_NO_REGION = Message.of("sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
 
 
 def encode_image(pixels: NDArray[Any], *, stamp_ns: int, frame_id: str) -> Message:
     """sensor_msgs/Image: (H, W) uint8 as mono8, (H, W, 3) as bgr8, uint16 as 16UC1, float32 as 32FC1."""
-    encoding = _ENCODINGS.get((pixels.dtype.name, pixels.ndim))
+    encoding = _ENCODINGS_OF_ARRAYS.get((pixels.dtype.name, pixels.ndim))
     if encoding is None or pixels.size == 0 or pixels.shape[2:] not in ((), (3,)):
         raise ValueError(
             f"found an image of shape {pixels.shape} and type {pixels.dtype}, expected "
@@ -28,36 +28,38 @@ def encode_image(pixels: NDArray[Any], *, stamp_ns: int, frame_id: str) -> Messa
         )
     height, width = pixels.shape[:2]
     data = _little_endian_bytes(pixels)
-    fields = {
-        "header": encode_header(stamp_ns, frame_id),
-        "height": height,
-        "width": width,
-        "encoding": encoding,
-        "is_bigendian": 0,
-        "step": data.size // height,
-        "data": data,
-    }
-    return Message("sensor_msgs/msg/Image", fields)
+    return stamped(
+        "sensor_msgs/msg/Image",
+        stamp_ns,
+        frame_id,
+        height=height,
+        width=width,
+        encoding=encoding,
+        is_bigendian=0,
+        step=data.size // height,
+        data=data,
+    )
 
 
 def encode_camera_info(camera: Camera, *, stamp_ns: int, frame_id: str, rectifier: Rectifier | None = None) -> Message:
     """sensor_msgs/CameraInfo: P of the rectified camera; K, D and R of the raw one with a rectifier."""
     raw = camera if rectifier is None else rectifier.raw
     coefficients = (0.0,) * 5 if rectifier is None else rectifier.coefficients
-    fields = {
-        "header": encode_header(stamp_ns, frame_id),
-        "height": raw.height_px,
-        "width": raw.width_px,
-        "distortion_model": "plumb_bob" if rectifier is None else rectifier.model,
-        "d": np.array(coefficients),
-        "k": raw.matrix.reshape(-1),
-        "r": np.array(IDENTITY_ROTATION if rectifier is None else rectifier.R_rectified_raw),
-        "p": np.column_stack((camera.matrix, np.zeros(3))).reshape(-1),
-        "binning_x": 0,
-        "binning_y": 0,
-        "roi": _no_region(),
-    }
-    return Message("sensor_msgs/msg/CameraInfo", fields)
+    return stamped(
+        "sensor_msgs/msg/CameraInfo",
+        stamp_ns,
+        frame_id,
+        height=raw.height_px,
+        width=raw.width_px,
+        distortion_model="plumb_bob" if rectifier is None else rectifier.model,
+        d=np.array(coefficients),
+        k=raw.matrix.reshape(-1),
+        r=np.array(IDENTITY_ROTATION if rectifier is None else rectifier.R_rectified_raw),
+        p=np.column_stack((camera.matrix, np.zeros(3))).reshape(-1),
+        binning_x=0,
+        binning_y=0,
+        roi=_NO_REGION,
+    )
 
 
 def encode_points(
@@ -71,30 +73,24 @@ def encode_points(
         raise ValueError("found points that are not finite, expected metres")
     if colours is not None:
         table.view("u1").reshape(len(points), 16)[:, 12:15] = colours
-    fields = {
-        "header": encode_header(stamp_ns, frame_id),
-        "height": 1,
-        "width": len(points),
-        "fields": tuple(_point_field(name, 4 * i) for i, name in enumerate(names)),
-        "is_bigendian": False,
-        "point_step": 4 * len(names),
-        "row_step": table.nbytes,
-        "data": _little_endian_bytes(table),
-        "is_dense": True,
-    }
-    return Message("sensor_msgs/msg/PointCloud2", fields)
+    return stamped(
+        "sensor_msgs/msg/PointCloud2",
+        stamp_ns,
+        frame_id,
+        height=1,
+        width=len(points),
+        fields=tuple(
+            Message.of("sensor_msgs/msg/PointField", name=name, offset=4 * place, datatype=_FLOAT32, count=1)
+            for place, name in enumerate(names)
+        ),
+        is_bigendian=False,
+        point_step=4 * len(names),
+        row_step=table.nbytes,
+        data=_little_endian_bytes(table),
+        is_dense=True,
+    )
 
 
 def _little_endian_bytes(values: NDArray[Any]) -> NDArray[np.uint8]:
     ordered = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     return ordered.reshape(-1).view(np.uint8)
-
-
-def _point_field(name: str, offset: int) -> Message:
-    fields = {"name": name, "offset": offset, "datatype": _FLOAT32, "count": 1}
-    return Message("sensor_msgs/msg/PointField", fields)
-
-
-def _no_region() -> Message:
-    fields = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}
-    return Message("sensor_msgs/msg/RegionOfInterest", fields)
