@@ -9,16 +9,15 @@ rectified one (``image_rect``). The message does not say which it accompanies; t
 from __future__ import annotations
 
 import re
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.header import read_header
+from vigg_ros.sensors.header import HeaderMessage, read_header
 from vigg_ros.sensors.message_limits import check_image_size
-from vigg_ros.sensors.message_protocols import CameraInfoMessage
 from vigg_ros.sensors.observation import Calibration, Note
 from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, binned, cropped
 
@@ -26,6 +25,27 @@ ImageKind = Literal["raw", "rectified"]
 RectifyPolicy = Literal["auto", "assume_rectified", "undistort"]
 
 _RECTIFIED = re.compile(r"(?:^|[/_])rect(?:ified)?(?:[/_]|$)")
+
+
+class RegionMessage(Protocol):
+    """sensor_msgs/RegionOfInterest."""
+
+    x_offset: int
+    y_offset: int
+    height: int
+    width: int
+
+
+class CameraInfoMessage(Protocol):
+    """sensor_msgs/CameraInfo; its matrices are d, k, r, p in ROS 2 and D, K, R, P in ROS 1."""
+
+    header: HeaderMessage
+    height: int
+    width: int
+    distortion_model: str
+    binning_x: int
+    binning_y: int
+    roi: RegionMessage
 
 
 def images_on(topic: str, rectify: RectifyPolicy = "auto") -> ImageKind:
@@ -87,8 +107,7 @@ def _camera(msg: CameraInfoMessage, K: NDArray[np.float64], size: tuple[int, int
 def _cropped(full: Camera, msg: CameraInfoMessage) -> Camera:
     if not _is_cropped(msg):
         return full
-    roi = msg.roi
-    left, top, width, height = int(roi.x_offset), int(roi.y_offset), int(roi.width), int(roi.height)
+    left, top, width, height = _region(msg)
     if not (width and height and left + width <= full.width_px and top + height <= full.height_px):
         raise DataError(
             "BAD_REGION",
@@ -99,10 +118,12 @@ def _cropped(full: Camera, msg: CameraInfoMessage) -> Camera:
     return cropped(full, left_px=left, top_px=top, width_px=width, height_px=height)
 
 
+def _region(msg: CameraInfoMessage) -> tuple[int, int, int, int]:
+    return int(msg.roi.x_offset), int(msg.roi.y_offset), int(msg.roi.width), int(msg.roi.height)
+
+
 def _is_cropped(msg: CameraInfoMessage) -> bool:
-    roi = msg.roi
-    window = (int(roi.x_offset), int(roi.y_offset), int(roi.width), int(roi.height))
-    return window not in ((0, 0, 0, 0), (0, 0, int(msg.width), int(msg.height)))
+    return _region(msg) not in ((0, 0, 0, 0), (0, 0, int(msg.width), int(msg.height)))
 
 
 def _binned(camera: Camera, msg: CameraInfoMessage) -> Camera:

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_protocols import ImageMessage
 from vigg_ros.sensors.observation import ColourImage, Note
-from vigg_ros.sensors.pixels import pixel_rows
+from vigg_ros.sensors.pixels import ImageMessage, pixel_rows
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,8 @@ from vigg_ros.sensors.depth_image import UNIT_FLOAT_M, depth_image, depth_sample
 from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.image_files import PNG_SIGNATURE, decode_image_file
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_protocols import CompressedImageMessage
 from vigg_ros.sensors.observation import DepthImage, Note
-from vigg_ros.sensors.pixels import bytes_of
+from vigg_ros.sensors.pixels import CompressedImageMessage, bytes_of
 
 HEADER_BYTES = 12
 

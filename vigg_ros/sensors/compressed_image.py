@@ -18,9 +18,8 @@ from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS, dep
 from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.image_files import decode_image_file
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_protocols import CompressedImageMessage
 from vigg_ros.sensors.observation import ColourImage
-from vigg_ros.sensors.pixels import bytes_of
+from vigg_ros.sensors.pixels import CompressedImageMessage, bytes_of
 
 
 def decode_compressed_image(msg: CompressedImageMessage) -> ColourImage:

@@ -13,9 +13,8 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS
 from vigg_ros.sensors.header import Header, read_header
 from vigg_ros.sensors.message_limits import MAX_RANGE_M, shortened
-from vigg_ros.sensors.message_protocols import ImageMessage
 from vigg_ros.sensors.observation import DepthImage, Note
-from vigg_ros.sensors.pixels import pixel_rows
+from vigg_ros.sensors.pixels import ImageMessage, pixel_rows
 
 UNIT_16_BIT_M = 0.001
 UNIT_FLOAT_M = 1.0

@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_protocols import HeaderMessage, TimeMessage
 from vigg_ros.sensors.observation import Note
 
 NS_PER_S = 1_000_000_000
@@ -17,6 +17,20 @@ RESTART_STEP_NS = NS_PER_S
 """A topic whose stamps step back by at least this much has started again (a bag in a loop, a restarted clock)."""
 
 MAX_FRAME_ID_LENGTH = 256
+
+
+class TimeMessage(Protocol):
+    """builtin_interfaces/Time."""
+
+    sec: int
+    nanosec: int
+
+
+class HeaderMessage(Protocol):
+    """std_msgs/Header."""
+
+    stamp: TimeMessage
+    frame_id: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,10 @@ def decode_image_file(payload: NDArray[np.uint8]) -> NDArray[Any]:
 
 def _size_in_header(data: bytes) -> tuple[int, int]:
     if data.startswith(PNG_SIGNATURE):
-        return _png_size(data)
+        if data[12:16] != b"IHDR" or len(data) < 33:
+            raise _broken("a PNG without a header")
+        width_px, height_px = struct.unpack_from(">II", data, 16)
+        return width_px, height_px
     if data.startswith(_JPEG_START):
         return _jpeg_size(data)
     raise DataError(
@@ -51,13 +54,6 @@ def _size_in_header(data: bytes) -> tuple[int, int]:
         expected="a JPEG or PNG image",
         remedy="set the publisher's compression format to jpeg or png",
     )
-
-
-def _png_size(data: bytes) -> tuple[int, int]:
-    if data[12:16] != b"IHDR" or len(data) < 33:
-        raise _broken("a PNG without a header")
-    width_px, height_px = struct.unpack_from(">II", data, 16)
-    return width_px, height_px
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:

@@ -5,15 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.header import read_header
+from vigg_ros.sensors.header import HeaderMessage, read_header
 from vigg_ros.sensors.message_limits import MAX_POINTS, MAX_RANGE_M, shortened
-from vigg_ros.sensors.message_protocols import PointCloud2Message, PointFieldMessage
 from vigg_ros.sensors.observation import Note, PointCloud
 from vigg_ros.sensors.pixels import bytes_of, long_data_note
 from vigg_ros.sensors.point_times import TIME_FIELDS, clock_unit_s, point_times
@@ -22,6 +21,28 @@ from vigg_ros.sensors.point_times import TIME_FIELDS, clock_unit_s, point_times
 _SAMPLE_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _MAX_FIELDS = 256
 _FLOAT_DATATYPES = (7, 8)
+
+
+class PointFieldMessage(Protocol):
+    """sensor_msgs/PointField."""
+
+    name: str
+    offset: int
+    datatype: int
+    count: int
+
+
+class PointCloud2Message(Protocol):
+    """sensor_msgs/PointCloud2."""
+
+    header: HeaderMessage
+    height: int
+    width: int
+    fields: Sequence[PointFieldMessage]
+    is_bigendian: bool
+    point_step: int
+    row_step: int
+    data: Any
 
 
 def decode_points(msg: PointCloud2Message) -> PointCloud:
