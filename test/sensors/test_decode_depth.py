@@ -93,31 +93,9 @@ def test_a_unit_that_cannot_be_is_noted(encoding, value, codes):
     assert all("depth_scale" in str(note) for note in notes)
 
 
-@TYPES_ROW
-@pytest.mark.parametrize("encoding", ["rgb8", "bgr8", "mono8", "bayer_rggb8", "yuyv", "nv12", "8UC1"])
-def test_colour_on_the_depth_topic_is_refused(encoding):
-    with pytest.raises(DataError) as caught:
-        decode_depth(image(np.ones((4, 4, 3), "u1"), encoding))
-    assert caught.value.code == "DEPTH_IS_COLOUR"
-
-
-@pytest.mark.hostile("Image: empty, unknown or 10 kB encoding R, shown truncated")
-@pytest.mark.parametrize("encoding", ["", "16SC1", "32FC2", "y" * 10_000])
-def test_an_unknown_depth_encoding_is_refused(encoding):
-    with pytest.raises(DataError) as caught:
-        decode_depth(image(np.ones((4, 4), "<u2"), encoding))
-    assert caught.value.code == "DEPTH_ENCODING"
-    assert len(caught.value.found) < 100
-
-
-@pytest.mark.hostile("Image: step too short R")
 @pytest.mark.hostile("Image: data short R, long N")
-def test_short_rows_and_short_data_are_refused():
+def test_a_surplus_of_data_is_noted():
     values = MILLIMETRES.astype("<u2")
-    for changes, code in (({"step": 5}, "IMAGE_STEP"), ({"data": b"\1" * 11}, "IMAGE_DATA_SHORT")):
-        with pytest.raises(DataError) as caught:
-            decode_depth(image(values, "16UC1", **changes))
-        assert caught.value.code == code
     longer = decode_depth(image(values, "16UC1", data=values.tobytes() + b"\0"))
     assert [note.code for note in longer.notes] == ["DATA_LONG"]
 
