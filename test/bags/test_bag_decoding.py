@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import struct
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,6 @@ from vigg_ros_testing.bag_samples import (
     START_NS,
     STORE,
     Entry,
-    relabelled,
     rgbd_entries,
     storage_file,
     tf_static_entry,
@@ -71,7 +71,7 @@ def with_u32(data: bytes, position: int, value: int) -> bytes:
 @pytest.mark.parametrize("kind", broken_images())
 def test_a_message_that_cannot_be_decoded_is_skipped_and_counted(kind, storage, tmp_path: Path) -> None:
     entries = rgbd_entries()
-    broken = relabelled(entries[4 * 5], data=broken_images()[kind])
+    broken = replace(entries[4 * 5], data=broken_images()[kind])
     entries[4 * 5] = broken
     with BagReader(write_bag(tmp_path / "bag", entries, storage=storage)) as reader:
         stamps = [decode_image(one.message).stamp_ns for one in reader.messages([COLOUR])]
@@ -86,7 +86,7 @@ def test_a_message_that_cannot_be_decoded_is_skipped_and_counted(kind, storage, 
 @CDR_ROW
 @pytest.mark.parametrize("kind", ["4 GiB of pixels", "4 GiB of text"])
 def test_a_claimed_length_allocates_nothing(kind: str, tmp_path: Path) -> None:
-    bag = write_bag(tmp_path / "bag", [relabelled(rgbd_entries(1)[0], data=broken_images()[kind])])
+    bag = write_bag(tmp_path / "bag", [replace(rgbd_entries(1)[0], data=broken_images()[kind])])
     with BagReader(bag) as reader:
         list(reader.messages())  # what the type store compiles once is not counted below
         tracemalloc.start()
@@ -99,7 +99,7 @@ def test_a_claimed_length_allocates_nothing(kind: str, tmp_path: Path) -> None:
 @CDR_ROW
 def test_a_packed_message_is_unpacked_only_to_the_cap(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(decoding, "UNPACKED_BYTES_MAX", 2**20)
-    bomb = relabelled(rgbd_entries(1)[0], data=zstd.compress(bytes(2**26)))
+    bomb = replace(rgbd_entries(1)[0], data=zstd.compress(bytes(2**26)))
     with BagReader(write_bag(tmp_path / "bag", [bomb])) as reader:
         tracemalloc.start()
         assert list(reader.messages()) == []
@@ -175,7 +175,7 @@ def test_a_schema_encoding_that_rosbags_does_not_know_refuses_nothing(tmp_path: 
 def test_types_of_ones_own_are_read_by_the_definition_in_the_bag(tmp_path: Path) -> None:
     own = [Entry("/own", "my_msgs/msg/Own", START_NS, b"\x00\x01\x00\x00" + struct.pack("<Id", 7, 2.5))]
     # CDR aligns the float64 to 8 bytes after the encapsulation: 4 bytes of padding follow the 7.
-    own = [relabelled(own[0], data=b"\x00\x01\x00\x00" + struct.pack("<IId", 7, 0, 2.5))]
+    own = [replace(own[0], data=b"\x00\x01\x00\x00" + struct.pack("<IId", 7, 0, 2.5))]
     bag = write_bag(tmp_path / "bag", own, definitions={"my_msgs/msg/Own": "uint32 a\nfloat64 b\n"})
     with BagReader(bag) as reader:
         (message,) = (one.message for one in reader.messages())

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import random
 import weakref
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,6 @@ from vigg_ros_testing.bag_samples import (
     START_NS,
     flip,
     noise_entries,
-    relabelled,
     rgbd_entries,
     storage_file,
     tf_static_entry,
@@ -48,19 +48,19 @@ def raw_series(count: int) -> list[RawMessage]:
 def shuffled_log_times(entries, seed: int):
     times = [one.log_ns for one in entries]
     random.Random(seed).shuffle(times)
-    return [relabelled(one, log_ns=log_ns) for one, log_ns in zip(entries, times, strict=True)]
+    return [replace(one, log_ns=log_ns) for one, log_ns in zip(entries, times, strict=True)]
 
 
 LOG_TIMES = {
     "shuffled": lambda entries: shuffled_log_times(entries, 5),
-    "backwards": lambda entries: [relabelled(one, log_ns=2 * START_NS - one.log_ns) for one in entries],
-    "all the same": lambda entries: [relabelled(one, log_ns=START_NS) for one in entries],
-    "all 0": lambda entries: [relabelled(one, log_ns=0) for one in entries],
+    "backwards": lambda entries: [replace(one, log_ns=2 * START_NS - one.log_ns) for one in entries],
+    "all the same": lambda entries: [replace(one, log_ns=START_NS) for one in entries],
+    "all 0": lambda entries: [replace(one, log_ns=0) for one in entries],
     "clock steps back in the middle": lambda entries: [
-        relabelled(one, log_ns=one.log_ns - (10 * S if place > 20 else 0)) for place, one in enumerate(entries)
+        replace(one, log_ns=one.log_ns - (10 * S if place > 20 else 0)) for place, one in enumerate(entries)
     ],
     "topic after topic": lambda entries: [
-        relabelled(one, log_ns=START_NS + place) for place, one in enumerate(sorted(entries, key=lambda one: one.topic))
+        replace(one, log_ns=START_NS + place) for place, one in enumerate(sorted(entries, key=lambda one: one.topic))
     ],
 }
 
@@ -140,7 +140,7 @@ def looped(times: int, frames: int = 60):
     found = []
     for loop in range(times):
         shift = loop * (frames * 33_333_333 + 2 * S)
-        found += [relabelled(one, log_ns=one.log_ns + shift) for one in rgbd_entries(frames)]
+        found += [replace(one, log_ns=one.log_ns + shift) for one in rgbd_entries(frames)]
     return found
 
 

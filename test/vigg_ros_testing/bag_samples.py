@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +15,14 @@ from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.messages.fields import ROSBAGS, Message, build
+from vigg_ros.messages.fields import Message
 from vigg_ros.messages.pose_messages import encode_pose, encode_tf, encode_transform
 from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros.registration.camera import Camera
 from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros_testing.real_messages import ROS_2, cdr
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
+STORE = ROS_2
 START_NS = 1_700_000_000_123_456_789
 PERIOD_NS = 33_333_333
 LATENCY_NS = 7_000_000
@@ -43,8 +44,7 @@ class Entry:
 
 
 def entry(topic: str, message: Message, log_ns: int) -> Entry:
-    built = build(message, STORE.types.__getitem__, ROSBAGS)
-    return Entry(topic, message.type, log_ns, bytes(STORE.serialize_cdr(built, message.type)))
+    return Entry(topic, message.type, log_ns, cdr(message))
 
 
 def colour_pixels(number: int) -> np.ndarray:
@@ -152,10 +152,6 @@ def edit_metadata(bag: Path, **changes: object) -> None:
     path.write_text(yaml.safe_dump(document))
 
 
-def relabelled(one: Entry, **changes: object) -> Entry:
-    return replace(one, **changes)
-
-
 def noise_entries(count: int, *, topic: str = COLOUR) -> list[Entry]:
     """Images of 270 kB that cannot be compressed, so that a bag of them has several chunks."""
     rng = np.random.default_rng(1)
@@ -192,7 +188,3 @@ def read(path: Path) -> tuple[list[int], BagReader]:
     with BagReader(path) as reader:
         stamps = [decode_image(one.message).stamp_ns for one in reader.messages() if one.topic == COLOUR]
     return stamps, reader
-
-
-def stamps_of(entries) -> list[int]:
-    return [entry.log_ns for entry in entries]
