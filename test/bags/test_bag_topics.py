@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which topics are taken, by the names that real cameras and data sets use, and what is asked for if that is unclear."""
+"""Which topics are taken, by the names that real cameras and data sets use; what is unclear is asked for."""
 
 from __future__ import annotations
 

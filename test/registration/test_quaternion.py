@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rotations, quaternions, and what passes for a rigid transform. Those that do not are in test_decode_pose.py too."""
+"""Rotations, quaternions, and what passes for a rigid transform. See test_message_refusals.py too."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""JPEG, PNG and compressedDepth: files made by their specifications. Those that lie are in test_decode_refusals.py."""
+"""JPEG, PNG and compressedDepth: files made by their specifications. Those that lie are in test_image_refusals.py."""
 
 from __future__ import annotations
 
@@ -88,13 +88,6 @@ def test_sixteen_bits_become_metres(text, payload):
     decoded = decode_compressed_depth(compressed(payload(MILLIMETRES), text))
     np.testing.assert_allclose(decoded.depth_m, METRES, rtol=2e-7)
     assert (decoded.stamp_ns, decoded.frame_id, decoded.notes) == (STAMP_NS, "camera", ())
-
-
-def test_a_png_without_the_header_is_read_and_noted():
-    for text in ("16UC1; compressedDepth png", "16UC1; png compressed "):
-        decoded = decode_compressed_depth(compressed(png(MILLIMETRES), text))
-        np.testing.assert_allclose(decoded.depth_m, METRES, rtol=2e-7)
-        assert [note.code for note in decoded.notes] == ["DEPTH_HEADER_MISSING"]
 
 
 # The transport's defaults, depth_quantization 100 and depth_max 10: A = 100 * 101, B = 1 - A / 10.

@@ -72,34 +72,6 @@ def test_what_is_no_distance_is_zero(encoding, dtype, nothing):
     assert "2 pixels" in caught.value.found
 
 
-@pytest.mark.hostile("Image: implausible depth unit (median over 100 m or under 5 cm) N")
-@pytest.mark.parametrize(
-    ("encoding", "value", "codes"),
-    [
-        ("32FC1", 1500.0, ["DEPTH_UNIT"]),
-        ("32FC1", 101.0, ["DEPTH_UNIT"]),
-        ("32FC1", 99.0, []),
-        ("16UC1", 2, ["DEPTH_UNIT"]),
-        ("16UC1", 49, ["DEPTH_UNIT"]),
-        ("16UC1", 51, []),
-    ],
-)
-def test_a_unit_that_cannot_be_is_noted(encoding, value, codes):
-    values = np.full((120, 160), value, "<f4" if encoding == "32FC1" else "<u2")
-    # A median: what a few pixels say does not matter.
-    values[:10] = 1000
-    notes = decode_depth(image(values, encoding)).notes
-    assert [note.code for note in notes] == codes
-    assert all("depth_scale" in str(note) for note in notes)
-
-
-@pytest.mark.hostile("Image: data short R, long N")
-def test_a_surplus_of_data_is_noted():
-    values = MILLIMETRES.astype("<u2")
-    longer = decode_depth(image(values, "16UC1", data=values.tobytes() + b"\0"))
-    assert [note.code for note in longer.notes] == ["DATA_LONG"]
-
-
 @pytest.mark.hostile("Image: depth and image of different size R")
 def test_depth_that_does_not_fit_its_image_is_refused():
     depth_m = decode_depth(image(MILLIMETRES.astype("<u2"), "16UC1")).depth_m

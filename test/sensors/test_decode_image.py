@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Images: every encoding by pixels worked out by hand. What is refused is in test_decode_refusals.py."""
+"""Images: every encoding by pixels worked out by hand. What is refused is in test_image_refusals.py."""
 
 from __future__ import annotations
 
@@ -122,19 +122,6 @@ def test_padding_behind_the_rows_is_skipped(encoding):
     decoded = decode_image(image(pixels, encoding, step=padded.shape[1], data=padded.tobytes()))
     np.testing.assert_array_equal(decoded.image, clean.image)
     assert decoded.notes == ()
-
-
-@pytest.mark.hostile("Image: data short R, long N")
-def test_a_surplus_of_data_is_noted():
-    clean = image(plane(R, G, B), "rgb8")
-    longer = decode_image(image(plane(R, G, B), "rgb8", data=clean.data + b"\xff" * 3))
-    assert [note.code for note in longer.notes] == ["DATA_LONG"]
-    np.testing.assert_array_equal(longer.image, decode_image(clean).image)
-
-
-def test_low_bits_in_a_16_bit_image_are_noted():
-    decoded = decode_image(image(plane(4095, dtype="<u2"), "mono16"))
-    assert [note.code for note in decoded.notes] == ["DARK_16_BIT"]
 
 
 @pytest.mark.parametrize("size", [(1, 1), (8, 8)])

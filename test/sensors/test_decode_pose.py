@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Odd poses that are taken. Plain ones are read back in test_messages.py, bad ones are in test_decode_refusals.py."""
+"""Odd poses that are taken. Plain ones are read back in test_messages.py, bad ones are in test_message_refusals.py."""
 
 from __future__ import annotations
 

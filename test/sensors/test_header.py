@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Stamps and frame names, as every decoder reads them. What is refused is in test_decode_refusals.py."""
+"""Stamps and frame names, as every decoder reads them. What is refused is in test_message_refusals.py."""
 
 from __future__ import annotations
 

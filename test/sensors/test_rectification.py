@@ -73,32 +73,21 @@ PIXELS = [(u, v) for u in range(2, 150, 21) for v in range(2, 110, 17)]
 def test_a_rectified_pixel_shows_what_the_lens_model_says(model, lens, rotation):
     rectifier = Rectifier(RAW, RECTIFIED, model, lens, rotation)
     rectified = rectifier.image(ramp(RAW).astype(np.uint8)).astype(float)
-    seen = 0
-    for u, v in PIXELS:
-        source_u, source_v, _ = source_of(rectifier, u, v)
-        if 1 <= source_u < RAW.width_px - 2 and 1 <= source_v < RAW.height_px - 2:
-            # The ramp is cut to whole numbers (up to 1 less), places to 1/32 px, the result rounded.
-            assert rectified[v, u] == pytest.approx(39.75 + source_u / 2 + source_v, abs=1.1)
-            seen += 1
-        elif not (-1 <= source_u <= RAW.width_px and -1 <= source_v <= RAW.height_px):
-            assert rectified[v, u] == 0
-    assert seen > 20
-
-
-@pytest.mark.parametrize(("model", "lens"), LENSES)
-@pytest.mark.parametrize("rotation", [IDENTITY_ROTATION, TURN])
-def test_depth_is_that_of_the_nearest_raw_pixel_along_the_rectified_axis(model, lens, rotation):
-    rectifier = Rectifier(RAW, RECTIFIED, model, lens, rotation)
     depth_m = rectifier.depth((ramp(RAW) / 100).astype(np.float32))
     assert depth_m.dtype == np.float32
     seen = 0
     for u, v in PIXELS:
         source_u, source_v, raw_z = source_of(rectifier, u, v)
+        expected = 40 + source_u / 2 + source_v
         if 1 <= source_u < RAW.width_px - 2 and 1 <= source_v < RAW.height_px - 2:
-            expected = (40 + source_u / 2 + source_v) / 100 / raw_z
-            # Half a pixel in u and v, as the ramp rises: 0.0025 + 0.005, and 1/32 px of OpenCV's.
-            assert depth_m[v, u] == pytest.approx(expected, abs=0.0085)
+            # The ramp is cut to whole numbers (up to 1 less), places to 1/32 px, the result rounded.
+            assert rectified[v, u] == pytest.approx(expected - 0.25, abs=1.1)
+            # Depth is that of the nearest raw pixel, along the rectified axis: half a pixel in u and v, as the
+            # ramp rises, is 0.0025 + 0.005; and 1/32 px of OpenCV's.
+            assert depth_m[v, u] == pytest.approx(expected / 100 / raw_z, abs=0.0085)
             seen += 1
+        elif not (-1 <= source_u <= RAW.width_px and -1 <= source_v <= RAW.height_px):
+            assert rectified[v, u] == 0
     assert seen > 20
 
 

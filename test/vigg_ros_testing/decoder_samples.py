@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from vigg_ros.sensors.camera_info import decode_camera_info
 from vigg_ros.sensors.colour_image import decode_image
@@ -27,6 +28,7 @@ from vigg_ros_testing.message_samples import (
     png,
     png_payload,
     region,
+    reject,
     rvl_payload,
     xyz_table,
 )
@@ -101,3 +103,19 @@ SAMPLES = {
 
 EACH_SENSOR = [SAMPLES[name] for name in ("bgr8", "16UC1", "png", "depth png", "points")]
 """One sample for each decoder of what a sensor sees at a time."""
+
+
+def cases(*tables: list[tuple[Any, ...]]) -> list[Any]:
+    """Parameters (decode, message, code) of rows (decode, code, marks, messages)."""
+    return [
+        pytest.param(decode, message, code, marks=marks, id=f"{decode.__name__} {code}")
+        for decode, code, marks, messages in (row for table in tables for row in table)
+        for message in messages
+    ]
+
+
+def assert_refused(decode: Callable[[Any], Any], message: Any, code: str) -> None:
+    error = reject(decode, message)
+    assert error.code == code
+    assert len(error.found) < 300
+    assert error.found.isprintable()
