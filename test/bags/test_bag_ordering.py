@@ -8,6 +8,7 @@ import random
 import weakref
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -215,18 +216,8 @@ def test_a_bag_that_shrinks_between_the_readings_is_an_error(stamps, second: int
 
 
 def test_a_full_disk_is_an_error_that_names_the_place(monkeypatch) -> None:
-    class Full:
-        def __init__(self, **_: object) -> None: ...
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_: object) -> None: ...
-        def tell(self) -> int:
-            return 0
-
-        def write(self, data: bytes) -> int:
-            raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(ordering.tempfile, "SpooledTemporaryFile", Full)
+    full = MagicMock()
+    full.return_value.__enter__.return_value.write.side_effect = OSError(28, "No space left on device")
+    monkeypatch.setattr(ordering.tempfile, "SpooledTemporaryFile", full)
     with pytest.raises(BagError, match=r"put aside in .*No space left"):
         list(in_stamp_order(series(range(100, 0, -1)), lambda: iter(raw_series(100))))

@@ -27,7 +27,6 @@ from vigg_ros.messages.pose_messages import (
 )
 from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.errors import BagError
-from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros_testing.bag_samples import CAMERA, START_NS
 
 HEADER = {"stamp_ns": START_NS, "frame_id": "camera"}
@@ -79,22 +78,17 @@ def plain(value: object) -> object:
 
 
 @pytest.mark.parametrize(("storage", "compression"), WAYS)
-def test_every_message_comes_back_as_it_was(storage: str, compression: str, tmp_path: Path) -> None:
-    bag = write(tmp_path / "bag", storage=storage, compression=compression)
-    with BagReader(bag) as reader:
+def test_every_message_comes_back_as_it_was_and_the_bytes_are_the_same_each_time(
+    storage: str, compression: str, tmp_path: Path
+) -> None:
+    bags = [write(tmp_path / at / "bag", storage=storage, compression=compression) for at in "ab"]
+    with BagReader(bags[0]) as reader:
         read = {one.topic: (one.type, one.log_ns, plain(one.message)) for one in reader.messages()}
         assert not reader.damaged
     assert read == {
         topic: (message.type, START_NS + number, plain(message))
         for number, (topic, message) in enumerate(MESSAGES.items())
     }
-
-
-@pytest.mark.parametrize(("storage", "compression"), WAYS)
-def test_the_same_messages_give_the_same_bytes(storage: str, compression: str, tmp_path: Path) -> None:
-    (tmp_path / "a").mkdir()
-    (tmp_path / "b").mkdir()
-    bags = [write(tmp_path / at / "bag", storage=storage, compression=compression) for at in "ab"]
     first, second = ({file.name: file.read_bytes() for file in bag.iterdir()} for bag in bags)
     assert len(first) == 2
     assert first == second
@@ -196,9 +190,3 @@ def test_sqlite_is_not_led_astray_by_its_own_addresses(name: str, tmp_path: Path
         BagWriter(tmp_path / name, storage="sqlite3")
     with BagReader(write(tmp_path / name)) as reader:
         assert len(list(reader.messages())) == len(MESSAGES)
-
-
-def test_a_bag_may_lie_deeper_than_what_exists(tmp_path: Path) -> None:
-    with BagReader(write(tmp_path / "a" / "b" / "bag")) as reader:
-        image = next(one.message for one in reader.messages(["/image"]))
-    assert decode_image(image).stamp_ns == START_NS

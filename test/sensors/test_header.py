@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Stamps and frame names, as every decoder reads them. What is refused is in test_message_refusals.py."""
+"""Stamps, frame names and odd poses that are taken. What is refused is in test_message_refusals.py."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vigg_ros.sensors.header import stamp_ns
+from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
 from vigg_ros_testing.decoder_samples import EACH_SENSOR
-from vigg_ros_testing.message_samples import header
+from vigg_ros_testing.message_samples import header, pose_stamped, transform_stamped
 
 EVERY_SENSOR = pytest.mark.parametrize("sensor", EACH_SENSOR, ids=lambda sensor: sensor.decode.__name__)
 
@@ -57,3 +58,21 @@ def test_a_leading_slash_is_stripped_with_a_note(sensor, slashes):
     assert observation.frame_id == "robot/lidar"
     (note,) = (note for note in observation.notes if note.code == "FRAME_ID_SLASH")
     assert "robot/lidar" in str(note)
+
+
+@pytest.mark.parametrize(("decode", "message"), [(decode_pose, pose_stamped), (decode_transform, transform_stamped)])
+def test_a_quaternion_of_another_length_is_the_same_rotation(decode, message):
+    # A quarter turn about z takes x to y.
+    decoded = decode(message(orientation={"z": 3.0, "w": 3.0}))
+    expected = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]
+    np.testing.assert_allclose(decoded.T_frame_child, expected, atol=1e-15)
+
+
+def test_a_static_transform_may_have_no_stamp():
+    assert decode_transform(transform_stamped(header=header(0, 0, "map"))).stamp_ns == 0
+
+
+def test_slashes_of_both_frames_are_stripped_and_noted():
+    decoded = decode_transform(transform_stamped(header=header(frame_id="/odom"), child_frame_id="/base"))
+    assert (decoded.frame_id, decoded.child_frame_id) == ("odom", "base")
+    assert [note.code for note in decoded.notes] == ["FRAME_ID_SLASH", "FRAME_ID_SLASH"]

@@ -88,18 +88,14 @@ def write_bag(
     writer.set_compression(rosbag2.CompressionMode[compression], rosbag2.CompressionFormat.ZSTD)
     connections = {}
     with writer:
-        for topic, type_name, definition in _declared(entries, topics, definitions or {}):
+        for topic, type_name in dict.fromkeys([*((one.topic, one.type) for one in entries), *topics]):
+            own = (definitions or {}).get(type_name)
             connections[topic, type_name] = writer.add_connection(
-                topic, type_name, typestore=STORE, msgdef=definition, rihs01="RIHS01_0" if definition else None
+                topic, type_name, typestore=STORE, msgdef=own, rihs01="RIHS01_0" if own else None
             )
         for one in entries:
             writer.write(connections[one.topic, one.type], one.log_ns, one.data)
     return path
-
-
-def _declared(entries, topics, definitions):
-    keys = dict.fromkeys([*((one.topic, one.type) for one in entries), *topics])
-    return [(topic, type_name, definitions.get(type_name)) for topic, type_name in keys]
 
 
 def write_ros1_bag(path: Path, entries: Iterable[Entry], *, compress: bool = False) -> Path:
