@@ -19,10 +19,10 @@ GROUND_TRUTH_TYPES = ("geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry")
 TF_TYPES = ("tf2_msgs/msg/TFMessage",)
 
 _DEPTH_ENCODING = re.compile(r"16UC1|32FC1|64FC1|16SC1|compressedDepth", re.IGNORECASE)
-_TRANSPORT = re.compile(r"/(compressed|compressedDepth|zstd|theora)$")
-_ALIGNED = re.compile(r"aligned|registered", re.IGNORECASE)
-_NOT_COLOUR = re.compile(r"infra|/ir\d*/|thermal|mask|label|segment|confidence", re.IGNORECASE)
-_TRUTH = re.compile(r"truth|(^|[/_])gt([/_]|$)|vicon|mocap|optitrack|vrpn", re.IGNORECASE)
+_TRANSPORT_NAME = re.compile(r"/(compressed|compressedDepth|zstd|theora)$")
+_ALIGNED_NAME = re.compile(r"aligned|registered", re.IGNORECASE)
+_NOT_COLOUR_NAME = re.compile(r"infra|/ir\d*/|thermal|mask|label|segment|confidence", re.IGNORECASE)
+_TRUTH_NAME = re.compile(r"truth|(^|[/_])gt([/_]|$)|vicon|mocap|optitrack|vrpn", re.IGNORECASE)
 
 
 class TopicError(BagError):
@@ -162,10 +162,10 @@ def _best_combination(candidates: dict[str, list[Topic]], depth_namespaces: froz
 def _score(image: Topic, info: Topic, geometry: Topic, depth_namespaces: frozenset[str]) -> tuple[float, ...]:
     """How well three topics belong together; compared from left to right, larger is better."""
     return (
-        not _NOT_COLOUR.search(image.name),
+        not _NOT_COLOUR_NAME.search(image.name),
         _info_rank(image, info, depth_namespaces),
         geometry.type in POINTS_TYPES or _root(image) == _root(geometry),
-        bool(_ALIGNED.search(geometry.name)),
+        bool(_ALIGNED_NAME.search(geometry.name)),
         _namespace(image) == _namespace(geometry),
         image.type == IMAGE_TYPES[0],
         geometry.type != IMAGE_TYPES[1],
@@ -181,12 +181,12 @@ def _info_rank(image: Topic, info: Topic, depth_namespaces: frozenset[str]) -> i
         return 3
     if namespace not in depth_namespaces and _root(info) == _root(image):
         return 2
-    return 1 if namespace not in depth_namespaces or _ALIGNED.search(namespace) else 0
+    return 1 if namespace not in depth_namespaces or _ALIGNED_NAME.search(namespace) else 0
 
 
 def _processing_rank(name: str) -> int:
     """Of images of the same camera, colour before grey and rectified before raw."""
-    last = _TRANSPORT.sub("", name).rpartition("/")[2]
+    last = _TRANSPORT_NAME.sub("", name).rpartition("/")[2]
     return 2 * ("mono" not in last) + ("rect" in last)
 
 
@@ -195,7 +195,7 @@ def _find_truth(topics: Sequence[Topic], name: str | None) -> tuple[Topic | None
     if name is not None:
         return _narrow(topics, topics, name, "ground-truth", GROUND_TRUTH_TYPES)[0], ()
     poses = [topic for topic in topics if topic.type in GROUND_TRUTH_TYPES and topic.count]
-    called = [topic for topic in poses if _TRUTH.search(topic.name)]
+    called = [topic for topic in poses if _TRUTH_NAME.search(topic.name)]
     if len(called) > 1:
         raise AmbiguousTopicError("ground_truth", [topic.name for topic in called], "the truth")
     if called:
@@ -215,7 +215,7 @@ def _is_depth(topic: Topic, encodings: Mapping[str, str]) -> bool:
 
 def _namespace(topic: Topic) -> str:
     """/camera/color of /camera/color/image_raw/compressed."""
-    return _TRANSPORT.sub("", topic.name).rpartition("/")[0]
+    return _TRANSPORT_NAME.sub("", topic.name).rpartition("/")[0]
 
 
 def _root(topic: Topic) -> str:

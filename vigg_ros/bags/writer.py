@@ -26,17 +26,17 @@ _COMPRESSIONS = {
     "message": CompressionMode.MESSAGE,
     "file": CompressionMode.FILE,
 }
-_ERRORS = (OSError, WriterError, sqlite3.Error)
-_FOREVER = QosTime(9223372036, 854775807)
-_LATCHED = Qos(
+_WRITE_ERRORS = (OSError, WriterError, sqlite3.Error)
+_INFINITE_TIME = QosTime(9223372036, 854775807)
+_LATCHED_QOS = Qos(
     history=QosHistory.KEEP_LAST,
     depth=1,
     reliability=QosReliability.RELIABLE,
     durability=QosDurability.TRANSIENT_LOCAL,
-    deadline=_FOREVER,
-    lifespan=_FOREVER,
+    deadline=_INFINITE_TIME,
+    lifespan=_INFINITE_TIME,
     liveliness=QosLiveliness.AUTOMATIC,
-    liveliness_lease_duration=_FOREVER,
+    liveliness_lease_duration=_INFINITE_TIME,
     avoid_ros_namespace_conventions=False,
 )
 """What tf2 asks of /tf_static: who comes late gets the last message. The times are rmw's "infinite"."""
@@ -71,7 +71,7 @@ class BagWriter:
     def __enter__(self) -> BagWriter:
         try:
             self._writer.open()
-        except _ERRORS as error:
+        except _WRITE_ERRORS as error:
             raise self._failure(error) from error
         return self
 
@@ -79,7 +79,7 @@ class BagWriter:
         try:
             if exception_type is None:
                 self._writer.close()
-        except _ERRORS as error:
+        except _WRITE_ERRORS as error:
             raise self._failure(error) from error
         finally:
             with suppress(Exception):  # nothing is left to abort after a good close
@@ -91,7 +91,7 @@ class BagWriter:
         data = store.serialize_cdr(build(message, store.types.__getitem__, ROSBAGS), message.type)
         try:
             self._writer.write(self._connection(topic, message.type), log_ns, data)
-        except _ERRORS as error:
+        except _WRITE_ERRORS as error:
             raise self._failure(error) from error
 
     def _connection(self, topic: str, type_name: str) -> Connection:
@@ -101,7 +101,7 @@ class BagWriter:
                 topic,
                 type_name,
                 typestore=message_types(),
-                offered_qos_profiles=[_LATCHED] if topic == "/tf_static" else [],
+                offered_qos_profiles=[_LATCHED_QOS] if topic == "/tf_static" else [],
             )
         return self._connections[key]
 

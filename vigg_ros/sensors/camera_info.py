@@ -24,7 +24,7 @@ from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, binned,
 ImageKind = Literal["raw", "rectified"]
 RectifyPolicy = Literal["auto", "assume_rectified", "undistort"]
 
-_RECTIFIED = re.compile(r"(?:^|[/_])rect(?:ified)?(?:[/_]|$)")
+_RECTIFIED_NAME = re.compile(r"(?:^|[/_])rect(?:ified)?(?:[/_]|$)")
 
 
 class RegionMessage(Protocol):
@@ -55,7 +55,7 @@ def images_on(topic: str, rectify: RectifyPolicy = "auto") -> ImageKind:
     rgb/rect/image). The other two policies say it for all topics.
     """
     if rectify == "auto":
-        return "rectified" if _RECTIFIED.search(topic.lower()) else "raw"
+        return "rectified" if _RECTIFIED_NAME.search(topic.lower()) else "raw"
     return "rectified" if rectify == "assume_rectified" else "raw"
 
 

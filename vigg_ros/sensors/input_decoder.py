@@ -19,7 +19,7 @@ from vigg_ros.sensors.stamped_pose import decode_pose
 
 Role = Literal["image", "camera_info", "depth", "points", "ground_truth"]
 
-_CHANGED = Note(
+_CALIBRATION_CHANGED = Note(
     "CALIBRATION_CHANGED",
     "another calibration than before",
     "taken from here on; keyframes were dropped and a new session began",
@@ -55,4 +55,4 @@ class InputDecoder:
         old, self._calibration = self._calibration, calibration
         if old is None or old.same_camera(calibration):
             return calibration
-        return replace(calibration, notes=(*calibration.notes, _CHANGED))
+        return replace(calibration, notes=(*calibration.notes, _CALIBRATION_CHANGED))
