@@ -25,7 +25,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "report": {*METHOD, "sensors", "tracking", "pipeline", "messages", "bags", "pictures"},
     "node": {*METHOD, "sensors", "tracking", "pipeline", "messages", "pictures"},
     "player": {*METHOD, "sensors", "tracking", "messages", "bags", "report"},
-    "vigg_ros": set(),  # vigg_ros/__init__.py: importing the package loads nothing else
+    "vigg_ros": {"pipeline"},  # vigg_ros/__init__.py, on demand: importing the package loads nothing
 }
 MAY_IMPORT["cli"] = {*MAY_IMPORT} - {"node"}
 MAY_IMPORT["bench"] = {*MAY_IMPORT} - {"node"}  # and nothing imports bench: `vigg` finds its commands by name

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vigg_ros.acceptance.agreement import Pair, likeness
-from vigg_ros.acceptance.appearance import LONG_SIDE, MIN_COMMON, Appearance, correlation
+from vigg_ros.acceptance.agreement import Pair, photometric_correlation
+from vigg_ros.acceptance.appearance import MIN_COMMON_PLACES, REDUCED_SIDE_PX, Appearance, correlation
 from vigg_ros.registration import Camera, Config, Frame, extract
 from vigg_ros.registration.matches import no_matches
 from vigg_ros_testing.registration_samples import Studio, looking
@@ -30,7 +30,7 @@ def ramp(channels: int) -> NDArray[np.uint8]:
 def test_a_point_has_the_colour_of_its_pixel(channels: int) -> None:
     frame = Frame.from_depth(ramp(channels), np.full((240, 320), 2.0, np.float32), CAMERA)
     appearance = Appearance.of(frame)
-    assert max(appearance.image.shape[:2]) == LONG_SIDE
+    assert max(appearance.image.shape[:2]) == REDUCED_SIDE_PX
     points = CAMERA.lift(np.array([(40.0, 100.0), (200.5, 10.0), (300.0, 230.0)]), np.array((1.0, 2.0, 3.0)))
     # Half a level per column, cut to whole levels twice: within one level.
     expected = np.repeat([[20.0], [100.25], [150.0]], channels, axis=1)
@@ -70,7 +70,7 @@ def test_grey_is_compared_with_the_mean_of_the_channels() -> None:
 def test_too_little_in_common_says_nothing(lack: str) -> None:
     first, second = colours(0), colours(0)
     if lack == "few":
-        first, second = first[: MIN_COMMON - 1], second[: MIN_COMMON - 1]
+        first, second = first[: MIN_COMMON_PLACES - 1], second[: MIN_COMMON_PLACES - 1]
     elif lack == "unseen":
         first[: len(first) // 2], second[len(second) // 2 :] = np.nan, np.nan
     else:
@@ -83,17 +83,17 @@ def test_views_are_alike_under_their_motion_and_not_under_another_one(studio: St
     target, source = (studio.features(pose, seed) for seed, pose in enumerate(poses))
     pair = Pair(target, source, no_matches(), no_matches(), Config())
     T_true = np.linalg.inv(poses[0]) @ poses[1]
-    assert likeness(pair, T_true) > 0.7
+    assert photometric_correlation(pair, T_true) > 0.7
     aside = T_true.copy()
     aside[0, 3] += 0.5
-    assert likeness(pair, aside) < likeness(pair, T_true) - 0.3
+    assert photometric_correlation(pair, aside) < photometric_correlation(pair, T_true) - 0.3
     away = T_true.copy()
     away[0, 3] += 50
-    assert math.isnan(likeness(pair, away)), "nothing coincides"
+    assert math.isnan(photometric_correlation(pair, away)), "nothing coincides"
 
 
 @pytest.mark.parametrize("grey", [False, True])
-def test_likeness_is_the_same_the_other_way_round(grey: bool, studio: Studio) -> None:
+def test_the_correlation_is_the_same_the_other_way_round(grey: bool, studio: Studio) -> None:
     """Also of a grey image and a coloured one."""
     poses = looking(), looking((0.1, 0.3, 0))
     one, other = (studio.frame(pose, seed) for seed, pose in enumerate(poses))
@@ -101,6 +101,6 @@ def test_likeness_is_the_same_the_other_way_round(grey: bool, studio: Studio) ->
         other = replace(other, image=np.ascontiguousarray(other.image[..., 1]))
     one, other = (extract(frame, Config()) for frame in (one, other))
     T = np.linalg.inv(poses[0]) @ poses[1]
-    forth = likeness(Pair(one, other, no_matches(), no_matches(), Config()), T)
-    back = likeness(Pair(other, one, no_matches(), no_matches(), Config()), np.linalg.inv(T))
+    forth = photometric_correlation(Pair(one, other, no_matches(), no_matches(), Config()), T)
+    back = photometric_correlation(Pair(other, one, no_matches(), no_matches(), Config()), np.linalg.inv(T))
     assert forth == pytest.approx(back, abs=1e-6)

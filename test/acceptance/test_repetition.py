@@ -78,7 +78,7 @@ def test_a_furnished_room_does_not_repeat(studio: Studio) -> None:
 def test_too_few_keypoints_show_no_period(studio: Studio) -> None:
     features = studio.features(looking(), 1)
     few = Features(
-        features.keypoints.select(np.arange(5)), features.surface, features.patches, features.view, features.appearance,
-        features.late_keypoints, features.late_landmarks, features.late_matcher, features.late_aligner,
+        features.keypoints.select(np.arange(5)), features.surface, features.patches, features.view, features.frame,
+        features.lazy_keypoints, features.lazy_landmarks, features.lazy_matcher, features.lazy_aligner,
     )  # fmt: skip
     assert repeated_motion(Pair(features, few, no_matches(), no_matches(), CONFIG), np.eye(4)) is None

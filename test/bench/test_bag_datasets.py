@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from vigg_ros.bench.datasets.convert import open_dataset
-from vigg_ros.bench.datasets.dataset import mutual_nearest, nearest
+from vigg_ros.bench.datasets.dataset import nearest
 from vigg_ros.registration.errors import BagError
 from vigg_ros_testing.dataset_samples import (
     save_depth,
@@ -81,8 +81,3 @@ def test_nothing_is_loaded_before_it_is_asked_for(tmp_path: Path) -> None:
 )
 def test_the_nearest_within_the_slop_is_taken(stamps, others, expected) -> None:
     assert nearest(stamps, others, 5) == expected
-
-
-def test_two_never_share_a_partner() -> None:
-    assert mutual_nearest([10, 12], [11, 30], 5) == [(0, 0)]
-    assert mutual_nearest([10, 13], [12], 5) == [(1, 0)]

@@ -12,9 +12,9 @@ import pytest
 import rclpy
 from std_srvs.srv import SetBool, Trigger
 
-from vigg_ros.node.publishers import Outputs
+from vigg_ros.node.publishers import Publishers
 from vigg_ros.node.registrar_node import RegistrarNode
-from vigg_ros.node.scheduler import Pipeline
+from vigg_ros.node.scheduler import Scheduler
 from vigg_ros.node.services import Services
 from vigg_ros_testing.dds_domain import own_domain
 from vigg_ros_testing.registrar_process import depth_arguments
@@ -78,7 +78,7 @@ def clean(local_node: threading.Thread, peer: Peer) -> Iterator[None]:
 
 @pytest.mark.usefixtures("clean")
 def test_views_that_fail_do_not_answer_a_frame_twice(peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
-    Broken(Outputs, "publish_views", monkeypatch)
+    Broken(Publishers, "publish_views", monkeypatch)
     assert send_and_wait(peer, frame(0))["state"] == "STARTED"
     assert send_and_wait(peer, frame(1))["state"] == "TRACKING"
     assert [one["state"] for one in peer.answers()] == ["STARTED", "TRACKING"]
@@ -88,7 +88,7 @@ def test_views_that_fail_do_not_answer_a_frame_twice(peer: Peer, monkeypatch: py
 def test_a_pose_that_cannot_be_published_is_told_and_the_next_one_comes(
     peer: Peer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Broken(Outputs, "publish_pose", monkeypatch, times=1)
+    Broken(Publishers, "publish_pose", monkeypatch, times=1)
     first = send_and_wait(peer, frame(0))
     assert (first["state"], first["reason"]) == ("REFUSED", "INTERNAL_ERROR")
     assert send_and_wait(peer, frame(1))["state"] == "TRACKING"
@@ -96,7 +96,7 @@ def test_a_pose_that_cannot_be_published_is_told_and_the_next_one_comes(
 
 @pytest.mark.usefixtures("clean")
 def test_a_refusal_that_cannot_be_told_does_not_end_the_node(peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = Broken(Outputs, "publish_status", monkeypatch, times=1)
+    broken = Broken(Publishers, "publish_status", monkeypatch, times=1)
     unusable = frame(0)
     unusable["/rgb/image"].fields["encoding"] = "nonsense"
     send(peer, unusable)
@@ -106,7 +106,7 @@ def test_a_refusal_that_cannot_be_told_does_not_end_the_node(peer: Peer, monkeyp
 
 @pytest.mark.usefixtures("clean")
 def test_a_service_that_fails_says_so(peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
-    Broken(Pipeline, "reset", monkeypatch, times=1)
+    Broken(Scheduler, "reset", monkeypatch, times=1)
     response, _ = peer.call("reset")
     assert not response.success
     assert response.message == "internal error: OSError: reset is broken"

@@ -12,11 +12,11 @@ import pytest
 from rclpy.serialization import deserialize_message
 
 from vigg_ros.node.ros_classes import class_of
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
-from vigg_ros.report.recording import FrameRecord
-from vigg_ros.sensors.input_decoder import InputDecoder, Role
-from vigg_ros.tracking.assembly import FrameAssembler, SyncedFrame
-from vigg_ros.tracking.registrar import Registrar
+from vigg_ros.registration.result import Registration
+from vigg_ros.sensors.input_decoder import Role
+from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros_testing.node_recordings import ROOM, Moment, moments, play, publish, replayed
 from vigg_ros_testing.pose_comparison import assert_equal, vector, vector_of
 from vigg_ros_testing.registrar_process import CHEAP, NodeProcess
@@ -57,8 +57,8 @@ def test_the_other_outputs_say_the_same(node: NodeProcess, peer: Peer, room: lis
     by_stamp = {record.stamp_ns: record for record in records}
     for relative in peer.heard["relative_pose"]:
         record = by_stamp[stamp_of(relative)]
-        assert record.T_keyframe_frame is not None
-        np.testing.assert_allclose(vector_of(relative.pose), vector(record.T_keyframe_frame), rtol=0, atol=1e-9)
+        assert isinstance(record.outcome, Registration)
+        np.testing.assert_allclose(vector_of(relative.pose), vector(record.outcome.T_target_source), rtol=0, atol=1e-9)
         assert relative.header.frame_id == f"keyframe_{record.keyframe_id}"
     for odom in peer.heard["odom"]:
         record = by_stamp[stamp_of(odom)]
@@ -84,17 +84,13 @@ def test_with_drops_the_poses_are_those_of_the_frames_that_were_processed(
     assert_equal(peer.heard["pose"], registered_without(room, dropped))
 
 
-def registered_without(room: Sequence[Moment], dropped: set[int]) -> list[FrameRecord]:
-    """A Registrar over the frames of the recording but those."""
-    config = Config.preset("rgbd").replace(CHEAP)
-    decoder, assembler = InputDecoder(config.input, "/rgb/image"), FrameAssembler(config.pairing)
-    registrar = Registrar(config)
+def registered_without(room: Sequence[Moment], dropped: set[int]) -> list[FrameResult]:
+    """The pipeline over the frames of the recording but those."""
+    pipeline = Pipeline(Config.preset("rgbd").replace(CHEAP))
     roles: dict[str, Role] = {"/rgb/image": "image", "/rgb/camera_info": "camera_info", "/depth/image": "depth"}
-    records = []
+    records: list[FrameResult] = []
     for one in (one for moment in room for one in moment):
         message = deserialize_message(one.data, class_of(one.type))
-        for found in assembler.add(decoder.decode(roles[one.topic], message)):
-            assert isinstance(found, SyncedFrame)
-            if found.frame.stamp_ns not in dropped:
-                records.append(FrameRecord.of_estimate(registrar.step(found.frame, session=found.session)))
+        found = pipeline.receive(roles[one.topic], message).found
+        records += pipeline.finish(pair for pair in found if pair.stamp_ns not in dropped)
     return records

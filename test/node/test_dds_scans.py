@@ -12,8 +12,8 @@ import pytest
 
 from vigg_ros.node.settings import Settings
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.report.recording import FrameRecord
 from vigg_ros.tracking.extrinsics import fixed
+from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros_testing.node_recordings import STREET, Moment, moments, play, publish, replayed
 from vigg_ros_testing.pose_comparison import assert_equal, vector_of
 from vigg_ros_testing.registrar_process import NodeProcess, Start, parameters
@@ -38,7 +38,7 @@ def street() -> list[Moment]:
 
 
 @pytest.fixture(scope="module")
-def expected() -> list[FrameRecord]:
+def expected() -> list[FrameResult]:
     settings = Settings.resolve({"config": "lidar", "extrinsics": EXTRINSICS, **OPTIONS})
     assert settings.T_camera_points is not None
     return replayed(STREET, FRAMES, settings.config, fixed(settings.T_camera_points))
@@ -48,10 +48,10 @@ def lidar_arguments(**values: object) -> list[str]:
     return parameters(config="lidar", geometry="points", geometric__sample_k=2000, **values)
 
 
-def test_poses_equal_the_replay(start: Start, peer: Peer, street: list[Moment], expected: list[FrameRecord]) -> None:
+def test_poses_equal_the_replay(start: Start, peer: Peer, street: list[Moment], expected: list[FrameResult]) -> None:
     node = start(*lidar_arguments(extrinsics=EXTRINSICS)).wait_until_ready()
     play(peer, street)
-    assert sum(record.is_answered for record in expected) == FRAMES
+    assert sum(record.has_pose for record in expected) == FRAMES
     peer.wait(lambda: len(peer.answers()) >= FRAMES - 1, "answers to all but a last pair that is not certain")
     assert_equal(peer.heard["pose"], expected[: len(peer.answers())])
     assert {odom.child_frame_id for odom in peer.heard["odom"]} == {"lidar"}
@@ -60,7 +60,7 @@ def test_poses_equal_the_replay(start: Start, peer: Peer, street: list[Moment], 
 
 @pytest.mark.hostile("Frames and TF: a link that never comes: NO_TF, never identity")
 def test_scans_wait_for_tf_and_poses_are_those_of_the_base(
-    start: Start, peer: Peer, street: list[Moment], tmp_path: Path, expected: list[FrameRecord]
+    start: Start, peer: Peer, street: list[Moment], tmp_path: Path, expected: list[FrameResult]
 ) -> None:
     links = tmp_path / "links.json"
     links.write_text("{}")
@@ -106,7 +106,7 @@ def links_of_the_car() -> dict[str, list[list[float]]]:
     return {"lidar": T_BASE_LIDAR.tolist(), "camera_optical_frame": T_base_camera.tolist()}
 
 
-def check_poses_of_the_base(peer: Peer, expected: list[FrameRecord]) -> None:
+def check_poses_of_the_base(peer: Peer, expected: list[FrameResult]) -> None:
     """The motion of the scanner between two frames, carried to the base by hand."""
     first, second = peer.heard["pose"][:2]
     by_stamp = {record.stamp_ns: record.T_odom_frame for record in expected}

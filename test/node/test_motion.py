@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.node.sensor_mount import MOUNTS, Mount, MountFinder, patient
-from vigg_ros.node.twist import Placed, se3_log, twist_between
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.sensor_mount import MAX_MOUNTS, MountFinder, SensorMount, waiting_lookup
+from vigg_ros.tracking.twist import KeyframePose, se3_log, twist_between
 
 small = st.floats(-1.5, 1.5)
 vectors = st.tuples(small, small, small).map(np.array)
@@ -44,8 +44,8 @@ def test_a_constant_velocity_is_found_from_two_poses(
     linear: NDArray[np.float64], angular: NDArray[np.float64]
 ) -> None:
     start = motion(np.array([1.0, 2, 3]), np.array([0.3, -0.2, 0.5]))
-    before = Placed(10**9, 0, 5, pose(start))
-    now = Placed(10**9 + 10**8, 0, 5, pose(start @ motion(0.1 * linear, 0.1 * angular)))
+    before = KeyframePose(10**9, 0, 5, pose(start))
+    now = KeyframePose(10**9 + 10**8, 0, 5, pose(start @ motion(0.1 * linear, 0.1 * angular)))
     twist = twist_between(before, now)
     assert twist is not None
     np.testing.assert_allclose(twist.velocity, np.concatenate((linear, angular)), atol=1e-8)
@@ -54,8 +54,8 @@ def test_a_constant_velocity_is_found_from_two_poses(
 
 
 def test_after_a_new_keyframe_the_velocity_is_that_from_the_keyframe() -> None:
-    before = Placed(10**9, 0, 5, pose(motion(np.ones(3), np.zeros(3))))
-    now = Placed(2 * 10**9, 0, 10**9, pose(motion(np.array([0.5, 0, 0]), np.zeros(3))))
+    before = KeyframePose(10**9, 0, 5, pose(motion(np.ones(3), np.zeros(3))))
+    now = KeyframePose(2 * 10**9, 0, 10**9, pose(motion(np.array([0.5, 0, 0]), np.zeros(3))))
     twist = twist_between(before, now)
     assert twist is not None
     np.testing.assert_allclose(twist.velocity, [0.5, 0, 0, 0, 0, 0])
@@ -66,14 +66,14 @@ def test_after_a_new_keyframe_the_velocity_is_that_from_the_keyframe() -> None:
     ("before", "why"),
     [
         (None, "nothing before"),
-        (Placed(10**9, 1, 5, UncertainPose.identity()), "another session"),
-        (Placed(10**9 - 10**9, 0, 5, UncertainPose.identity()), "two seconds ago"),
-        (Placed(2 * 10**9, 0, 5, UncertainPose.identity()), "the same stamp"),
-        (Placed(19 * 10**8, 0, 7, UncertainPose.identity()), "another keyframe, as after a relocalisation"),
+        (KeyframePose(10**9, 1, 5, UncertainPose.identity()), "another session"),
+        (KeyframePose(10**9 - 10**9, 0, 5, UncertainPose.identity()), "two seconds ago"),
+        (KeyframePose(2 * 10**9, 0, 5, UncertainPose.identity()), "the same stamp"),
+        (KeyframePose(19 * 10**8, 0, 7, UncertainPose.identity()), "another keyframe, as after a relocalisation"),
     ],
 )
-def test_a_velocity_is_not_made_up(before: Placed | None, why: str) -> None:
-    assert twist_between(before, Placed(2 * 10**9, 0, 5, UncertainPose.identity())) is None, why
+def test_a_velocity_is_not_made_up(before: KeyframePose | None, why: str) -> None:
+    assert twist_between(before, KeyframePose(2 * 10**9, 0, 5, UncertainPose.identity())) is None, why
 
 
 @given(vectors, vectors, vectors, vectors)
@@ -83,7 +83,7 @@ def test_the_pose_of_the_base_is_that_of_a_rigid_body(
     T_base_sensor, T_world_start = motion(place, turn), motion(linear[::-1], angular[::-1])
     T_world_base = T_world_start @ motion(linear, angular)
     T_start_sensor = inverse(T_world_start @ T_base_sensor) @ T_world_base @ T_base_sensor
-    carried = Mount(T_base_sensor).carried(pose(T_start_sensor))
+    carried = SensorMount(T_base_sensor).to_base(pose(T_start_sensor))
     np.testing.assert_allclose(carried.T_parent_child, inverse(T_world_start) @ T_world_base, atol=1e-9)
 
 
@@ -92,7 +92,7 @@ def test_an_uncertain_angle_of_the_sensor_moves_a_base_that_is_far_from_it() -> 
     T_base_sensor[0, 3] = 2.0  # the sensor stands 2 m ahead of the base
     covariance = np.zeros((6, 6))
     covariance[5, 5] = 0.01**2  # yaw alone
-    carried = Mount(T_base_sensor).carried(UncertainPose(np.eye(4), covariance))
+    carried = SensorMount(T_base_sensor).to_base(UncertainPose(np.eye(4), covariance))
     # Turning by dr about the sensor moves the base sideways by 2 m * dr.
     assert carried.covariance[1, 1] == pytest.approx((2 * 0.01) ** 2)
     assert carried.covariance[5, 5] == pytest.approx(0.01**2)
@@ -124,10 +124,10 @@ def test_without_a_base_frame_the_sensor_is_the_base() -> None:
 def test_a_lookup_waits_for_a_link_that_comes_late() -> None:
     answers = iter([None, None, np.eye(4)])
     waits: list[float] = []
-    found = patient(lambda target, source: next(answers), 10.0, waits.append)("a", "b")
+    found = waiting_lookup(lambda target, source: next(answers), 10.0, waits.append)("a", "b")
     assert found is not None
     assert len(waits) == 2
-    assert patient(lambda target, source: None, 0.0)("a", "b") is None
+    assert waiting_lookup(lambda target, source: None, 0.0)("a", "b") is None
 
 
 def test_rotations_of_half_a_turn_have_a_logarithm() -> None:
@@ -144,9 +144,9 @@ def test_mounts_are_remembered_for_the_latest_frames_only() -> None:
         return np.eye(4)
 
     find = MountFinder("base_link", lookup)
-    for number in range(10 * MOUNTS):
+    for number in range(10 * MAX_MOUNTS):
         find(f"cam_{number}")
         find(f"cam_{number}")
-    assert len(asked) == 10 * MOUNTS, "each is looked up once"
+    assert len(asked) == 10 * MAX_MOUNTS, "each is looked up once"
     find("cam_0")
     assert asked[-1] == "cam_0", "and again after it was forgotten"

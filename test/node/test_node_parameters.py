@@ -43,8 +43,8 @@ def test_an_integer_is_taken_for_a_real_number() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"max_rate": float("nan")}, "max_rate is nan, expected 0 to 1000 Hz"),
-        ({"tf_timeout": -0.1}, "tf_timeout is -0.1, expected 0 to 10 s"),
+        ({"max_rate": float("nan")}, "max_rate is nan, expected 0.0 to 1000.0 Hz"),
+        ({"tf_timeout": -0.1}, "tf_timeout is -0.1, expected 0.0 to 10.0 s"),
         ({"publish_tf": 1}, "publish_tf is 1, expected bool"),
         ({"geometry": "cloud"}, "geometry is 'cloud', expected one of points, depth"),
         ({"max_rate": "fast"}, "max_rate is 'fast', expected float"),

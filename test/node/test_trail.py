@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.node import trajectory_log as trail_module
-from vigg_ros.node.trajectory_log import SaveError, Trail
+from vigg_ros.node.trajectory_log import SaveError, TrajectoryLog
 
 
 def moved(x: float) -> np.ndarray:
@@ -22,8 +22,8 @@ def moved(x: float) -> np.ndarray:
     return T_odom_frame
 
 
-def with_poses(count: int, capacity: int = 1000) -> Trail:
-    one = Trail(capacity)
+def with_poses(count: int, capacity: int = 1000) -> TrajectoryLog:
+    one = TrajectoryLog(capacity)
     for number in range(count):
         one.add(1_772_013_245_123_456_789 + number, 0, moved(number))
     return one
@@ -61,7 +61,7 @@ def test_what_cannot_be_saved_is_said(tmp_path: Path, folder: str) -> None:
 
 def test_without_poses_no_file_is_written(tmp_path: Path) -> None:
     with pytest.raises(SaveError, match="no pose yet"):
-        Trail().save(str(tmp_path))
+        TrajectoryLog().save(str(tmp_path))
     assert not list(tmp_path.iterdir())
 
 
@@ -95,12 +95,12 @@ def test_a_file_has_its_name_only_when_it_is_complete(tmp_path: Path, monkeypatc
     one = with_poses(3)
     seen: list[list[str]] = []
 
-    def lines(trail: Trail) -> Iterator[str]:
+    def lines(trail: TrajectoryLog) -> Iterator[str]:
         seen.append([path.suffix for path in tmp_path.iterdir()])
         yield "# session 0"
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Trail, "lines", lines)
+    monkeypatch.setattr(TrajectoryLog, "lines", lines)
     with pytest.raises(SaveError, match="No space left on device; check output_dir"):
         one.save(str(tmp_path))
     assert seen == [[".part"]]
@@ -120,7 +120,7 @@ def test_a_copy_stays_as_it_was_while_poses_are_added() -> None:
 
 def test_many_poses_are_written_as_each_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trail_module, "_BLOCK", 7)
-    one, expected = Trail(), ["# session 0"]
+    one, expected = TrajectoryLog(), ["# session 0"]
     for number, rotation in enumerate(Rotation.random(50, random_state=3)):
         T_odom_frame = moved(number)
         T_odom_frame[:3, :3] = rotation.as_matrix()

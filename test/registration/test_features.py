@@ -12,7 +12,7 @@ import pytest
 
 from vigg_ros.bench.worlds.poses import look_at
 from vigg_ros.registration import Config, Reason, Registration, Rejection, extract, register
-from vigg_ros.registration.features import Late
+from vigg_ros.registration.features import Lazy
 from vigg_ros.registration.stages import record_stages
 from vigg_ros_testing.registration_samples import CAMERA, Studio, answer, errors, looking
 
@@ -28,7 +28,7 @@ def test_a_late_value_is_made_once_however_many_ask() -> None:
         calls.append(1)
         return object()
 
-    late, got = Late(make), []
+    late, got = Lazy(make), []
     threads = [threading.Thread(target=lambda: got.append(late())) for _ in range(4)]
     for thread in threads:
         thread.start()
@@ -47,7 +47,7 @@ def test_a_late_value_that_failed_is_tried_again() -> None:
             raise outcome
         return outcome
 
-    late = Late(make)
+    late = Lazy(make)
     with pytest.raises(ValueError, match="not yet"):
         late()
     assert late() == 7
@@ -78,7 +78,7 @@ def test_clear_pairs_need_neither_landmarks_nor_the_full_image(studio: Studio) -
     with record_stages() as timings_ms:
         found = answer(register(target, source, REDUCED))
     assert not {"features", "global matches", "local matches", "keypoints"} & set(timings_ms)
-    assert np.isnan(found.evidence.likeness)
+    assert np.isnan(found.evidence.photometric_correlation)
     assert errors(found.T_target_source, np.linalg.inv(poses[0]) @ poses[1])[1] < 0.02
 
 

@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 from vigg_ros.acceptance.agreement import Pair
-from vigg_ros.acceptance.checks import judge
+from vigg_ros.acceptance.ranking import judge
 from vigg_ros.bench.worlds import HandheldLoop
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.registration import Config, Evidence, Reason, Rejection, extract, register

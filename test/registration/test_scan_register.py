@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.acceptance.agreement import Pair, assess
-from vigg_ros.acceptance.checks import MAX_CONFLICT
+from vigg_ros.acceptance.limits import MAX_CONFLICT
 from vigg_ros.bench.worlds import STREET_DRIVE, Scene
 from vigg_ros.bench.worlds.patterns import asphalt
 from vigg_ros.bench.worlds.poses import Pose, flat
@@ -161,8 +161,8 @@ def test_free_space_tells_no_motion_from_twenty_metres(target_m: float, source_m
     wrong = assess(pair, np.eye(4)).agreement
     assert right.overlap < 1.5 * wrong.overlap
     # Well to either side of the bound, so that noise does not decide.
-    assert right.conflict < MAX_CONFLICT / 1.5
-    assert wrong.conflict > MAX_CONFLICT * 1.5
+    assert right.conflict < MAX_CONFLICT.value / 1.5
+    assert wrong.conflict > MAX_CONFLICT.value * 1.5
 
 
 def plain(paint: Texture) -> Scene:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vigg_ros.registration.visibility import Agreement, ScanView, agreement
+from vigg_ros.acceptance.agreement import Agreement, agreement
+from vigg_ros.registration.visibility import ScanView
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vigg_ros.acceptance.agreement import agreement
 from vigg_ros.registration import Camera
-from vigg_ros.registration.visibility import DepthView, ScanView, agreement
+from vigg_ros.registration.visibility import DepthView, ScanView
 
 CAMERA = Camera(width_px=4, height_px=3, fx_px=2.0, fy_px=2.0, cx_px=1.5, cy_px=1.0)
 

@@ -28,18 +28,18 @@ import numpy as np
 import pytest
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicChoice, choose_topics
 from vigg_ros.bench.datasets.convert import convert
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Outcome, Registration
 from vigg_ros.registration.vigg import extract, register
-from vigg_ros.report.source import BagSource
 from vigg_ros.sensors.header import stamp_ns
-from vigg_ros.tracking.assembly import FrameAssembler, SyncedFrame
+from vigg_ros.tracking.assembly import SyncedFrame, SyncedMessages
+from vigg_ros_testing.pipeline_runs import messages_of
 from vigg_ros_testing.recording_damage import damaged_bag
 from vigg_ros_testing.short_recordings import CHEAP, ROOM, Entry, Watched, short_entries, watch_replay, write_entries
 
@@ -78,16 +78,12 @@ def same_frame(one: Frame, other: Frame) -> bool:
     return same_image and one.camera == other.camera and np.array_equal(one.geometry.depth_m, other.geometry.depth_m)
 
 
-def chosen(reader: BagReader) -> TopicChoice:
-    return choose_topics(reader.topics, encodings=reader.encodings())
-
-
 def frames_of(bag: Path) -> dict[int, Frame]:
-    assembler = FrameAssembler(CONFIG.pairing)
-    with BagReader(bag) as reader:
-        found = [one for item in BagSource(reader, chosen(reader), CONFIG.input) for one in assembler.add(item)]
-    found += assembler.flush()
-    return {one.frame.stamp_ns: one.frame for one in found if isinstance(one, SyncedFrame)}
+    pipeline = Pipeline(CONFIG)
+    messages = ((role, message) for role, message in messages_of(bag) if role != "ground_truth")
+    found = [one for role, message in messages for one in pipeline.receive(role, message).found]
+    built = [pipeline.build(one) for one in (*found, *pipeline.remaining()) if isinstance(one, SyncedMessages)]
+    return {one.frame.stamp_ns: one.frame for one in built if isinstance(one, SyncedFrame)}
 
 
 def fingerprints(bag: Path) -> dict[str, dict[int, set[str]]]:
@@ -135,39 +131,39 @@ def check(watched: Watched, bag: Path, clean: CleanRecording, how: str) -> Count
         assert stamp in rows, f"{how}: {stamp} left no row"
         assert rows[stamp]["sigma_translation_m"] or rows[stamp]["reason"], f"{how}: {stamp} has no reason"
     keyframe_poses: dict[tuple[int, int], np.ndarray] = {}
-    for estimate, attempt in watched.steps:
-        counts.update(compare(estimate, attempt, clean, intact, how))
-        if estimate.T_odom_frame is not None:
-            assert np.isfinite(estimate.T_odom_frame).all(), how
-            keyframe_poses[estimate.session, estimate.stamp_ns] = estimate.T_odom_frame
-            check_chain(estimate, attempt, keyframe_poses, how)
+    for result in watched.steps:
+        counts.update(compare(result, clean, intact, how))
+        if result.T_odom_frame is not None:
+            assert np.isfinite(result.T_odom_frame).all(), how
+            keyframe_poses[result.session, result.stamp_ns] = result.T_odom_frame
+            check_chain(result, keyframe_poses, how)
     return counts
 
 
-def compare(estimate, attempt, clean: CleanRecording, intact: set[int], how: str) -> Counter[str]:
-    if estimate.stamp_ns in intact:
-        assert clean.holds(attempt.frame), f"{how}: {estimate.stamp_ns} is another frame than in the clean recording"
-    if not clean.holds(attempt.frame):
+def compare(result, clean: CleanRecording, intact: set[int], how: str) -> Counter[str]:
+    if result.stamp_ns in intact:
+        assert clean.holds(result.compared.frame), f"{how}: {result.stamp_ns} is another frame than when clean"
+    if not clean.holds(result.compared.frame):
         return Counter({"frames that are damaged but decode": 1})
-    if not isinstance(estimate.outcome, Registration):
-        return Counter({"first frames" if estimate.outcome is None else "lost frames": 1})
-    if not clean.holds(attempt.keyframe.frame):
+    if not isinstance(result.outcome, Registration):
+        return Counter({"first frames" if result.outcome is None else "lost frames": 1})
+    if not clean.holds(result.compared.keyframe.frame):
         return Counter({"frames on a damaged keyframe": 1})
-    expected = clean.register(attempt.keyframe.frame.stamp_ns, estimate.stamp_ns)
-    assert isinstance(expected, Registration), f"{how}: {estimate.stamp_ns} is refused when clean"
-    assert np.array_equal(expected.T_target_source, estimate.outcome.T_target_source), f"{how}: {estimate.stamp_ns}"
+    expected = clean.register(result.compared.keyframe.frame.stamp_ns, result.stamp_ns)
+    assert isinstance(expected, Registration), f"{how}: {result.stamp_ns} is refused when clean"
+    assert np.array_equal(expected.T_target_source, result.outcome.T_target_source), f"{how}: {result.stamp_ns}"
     return Counter({"frames equal to the clean ones": 1})
 
 
-def check_chain(estimate, attempt, poses: dict[tuple[int, int], np.ndarray], how: str) -> None:
+def check_chain(result, poses: dict[tuple[int, int], np.ndarray], how: str) -> None:
     """The pose is the keyframe's pose times the registration."""
-    if attempt.keyframe is None:
-        assert np.array_equal(estimate.T_odom_frame, np.eye(4)), how
+    if result.compared.keyframe is None:
+        assert np.array_equal(result.T_odom_frame, np.eye(4)), how
         return
-    T_odom_keyframe = poses[estimate.session, attempt.keyframe.frame.stamp_ns]
-    expected = T_odom_keyframe @ estimate.outcome.T_target_source
+    T_odom_keyframe = poses[result.session, result.compared.keyframe.frame.stamp_ns]
+    expected = T_odom_keyframe @ result.outcome.T_target_source
     # Rounding only: each link is made orthonormal again.
-    np.testing.assert_allclose(estimate.T_odom_frame, expected, atol=1e-12, err_msg=how)
+    np.testing.assert_allclose(result.T_odom_frame, expected, atol=1e-12, err_msg=how)
 
 
 @pytest.fixture(scope="module")
@@ -212,12 +208,12 @@ def test_the_undamaged_recording_is_equal_to_itself(clean, tmp_path: Path, monke
 def test_a_registration_that_differs_is_found(clean, tmp_path: Path, monkeypatch) -> None:
     bag = write_entries(tmp_path / "bag", clean.entries)
     watched = watch_replay(bag, tmp_path / "out", monkeypatch)
-    estimate, attempt = watched.steps[-1]
-    T = estimate.outcome.T_target_source.copy()
+    result = watched.steps[-1]
+    T = result.outcome.T_target_source.copy()
     T[0, 3] = np.nextafter(T[0, 3], 1)
-    other = replace(estimate, outcome=replace(estimate.outcome, T_target_source=T))
+    other = replace(result, outcome=replace(result.outcome, T_target_source=T))
     with pytest.raises(AssertionError):
-        compare(other, attempt, clean, set(), "one bit off")
+        compare(other, clean, set(), "one bit off")
 
 
 @pytest.mark.hostile(

@@ -7,15 +7,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.result import Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.vigg import extract, register
-from vigg_ros.report.recording import FrameRecord
-from vigg_ros.report.replay import Replay
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, PointCloud
 from vigg_ros.tracking.assembly import scan_frame
 from vigg_ros.tracking.extrinsics import StaticTree
+from vigg_ros.tracking.frame_result import FrameResult
+from vigg_ros_testing.pipeline_runs import run_observations
 
 START_NS = 1_700_000_000_123_456_789
 PERIOD_NS = 100_000_000
@@ -37,14 +38,14 @@ def corner(width: int, height: int) -> np.ndarray:
     return depth_m
 
 
-def run(images: list[np.ndarray]) -> list[FrameRecord]:
+def run(images: list[np.ndarray]) -> list[FrameResult]:
     """The replay of these images, all of one size, in front of the same walls."""
     height, width = images[0].shape[:2]
     observations = [Calibration(START_NS, "camera", camera(width, height))]
     for number, image in enumerate(images):
         stamp_ns = START_NS + number * PERIOD_NS
         observations += [ColourImage(stamp_ns, "camera", image), DepthImage(stamp_ns, "camera", corner(width, height))]
-    return list(Replay(CONFIG).run(observations))
+    return run_observations(Pipeline(CONFIG), observations)
 
 
 @pytest.mark.hostile("Image: constant, black, saturated, 1x1, 8x8: NO_TEXTURE")
@@ -105,10 +106,9 @@ def test_a_plane_with_texture_fixes_the_motion() -> None:
 def test_a_scanner_without_a_place_gives_no_pose() -> None:
     tree = StaticTree()
     tree.add("base", "lidar", np.eye(4))
-    replay = Replay(CONFIG, extrinsics=tree.lookup)
     calibration = Calibration(START_NS, "camera", camera(160, 120))
     scan, colour = PointCloud(START_NS, "lidar", CLOUDS["coplanar"]), ColourImage(START_NS, "camera", textured())
-    (record,) = replay.run([calibration, scan, colour])
+    (record,) = run_observations(Pipeline(CONFIG, tree.lookup), [calibration, scan, colour])
     assert (record.state, record.reason) == ("REFUSED", "NO_TF")
     assert record.T_odom_frame is None
     assert "no transform from 'lidar' to 'camera'" in record.message

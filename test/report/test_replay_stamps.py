@@ -12,15 +12,14 @@ import numpy as np
 import pytest
 
 from vigg_ros.bags.decoding import message_types
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import choose_topics
 from vigg_ros.cli.console import ExitCode
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
-from vigg_ros.report.recording import FrameRecord
-from vigg_ros.report.replay import Replay
-from vigg_ros.report.source import BagSource
 from vigg_ros.sensors.header import stamp_ns
+from vigg_ros.sensors.input_decoder import InputDecoder
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation
+from vigg_ros.tracking.frame_result import FrameResult
+from vigg_ros_testing.pipeline_runs import messages_of, run_observations
 from vigg_ros_testing.short_recordings import (
     CHEAP,
     ROOM,
@@ -51,9 +50,8 @@ def long_entries() -> list[Entry]:
 @pytest.fixture(scope="module")
 def observations(entries: list[Entry], tmp_path_factory: pytest.TempPathFactory) -> list[Observation]:
     bag = write_entries(tmp_path_factory.mktemp("clean") / "room", entries)
-    with BagReader(bag) as reader:
-        choice = choose_topics(reader.topics, encodings=reader.encodings())
-        return list(BagSource(reader, choice, CONFIG.input))
+    decoder = InputDecoder(CONFIG.input, COLOUR)
+    return [decoder.decode(role, message) for role, message in messages_of(bag)]
 
 
 def frames(observations: list[Observation], *numbers: int) -> list[Observation]:
@@ -63,8 +61,8 @@ def frames(observations: list[Observation], *numbers: int) -> list[Observation]:
     return [calibration, *(one for number in numbers for one in (colours[number], depths[number]))]
 
 
-def run(observations: list[Observation]) -> list[FrameRecord]:
-    return list(Replay(CONFIG).run(observations))
+def run(observations: list[Observation]) -> list[FrameResult]:
+    return run_observations(Pipeline(CONFIG), observations)
 
 
 def with_stamp(one: Entry, stamp: int) -> Entry:
@@ -90,10 +88,10 @@ def restamped(entries: list[Entry], topic: str, number: int, stamp: int) -> list
 def test_a_stamp_of_zero_is_refused_and_the_next_frame_works(entries, tmp_path: Path, monkeypatch) -> None:
     bag = write_entries(tmp_path / "bag", restamped(entries, COLOUR, 2, 0))
     watched = watch_replay(bag, tmp_path / "out", monkeypatch)
-    refused = [record for record in watched.records if not record.is_answered]
+    refused = [record for record in watched.records if not record.has_pose]
     assert watched.exit_code == ExitCode.OK
     assert [(record.stamp_ns, record.state, record.reason) for record in refused] == [(0, "REFUSED", "STAMP_ZERO")]
-    assert sum(record.is_answered for record in watched.records) == 5
+    assert sum(record.has_pose for record in watched.records) == 5
 
 
 @pytest.mark.hostile("Stamps: duplicate R")
@@ -101,7 +99,7 @@ def test_the_second_image_of_a_stamp_is_refused(entries, tmp_path: Path, monkeyp
     colours = [one for one in entries if one.topic == COLOUR]
     doubled = restamped(entries, COLOUR, 3, stamp_of(colours[2]))
     watched = watch_replay(write_entries(tmp_path / "bag", doubled), tmp_path / "out", monkeypatch)
-    found = [(record.stamp_ns, record.reason) for record in watched.records if not record.is_answered]
+    found = [(record.stamp_ns, record.reason) for record in watched.records if not record.has_pose]
     assert found == [(stamp_of(colours[2]), "STAMP_DUPLICATE")]
     assert {record.session for record in watched.records} == {0}
 
@@ -110,18 +108,18 @@ def test_the_second_image_of_a_stamp_is_refused(entries, tmp_path: Path, monkeyp
 def test_a_stamp_that_is_a_little_late_is_refused(observations) -> None:
     # Frame 1 after frame 2: 0.27 s late, as from a second publisher. Replay sorts, so this feeds it unsorted.
     records = run(frames(observations, 0, 2, 1, 3))
-    late = [(record.reason, record.session) for record in records if not record.is_answered]
+    late = [(record.reason, record.session) for record in records if not record.has_pose]
     assert late == [("STAMP_LATE", 0)]
-    assert [record.session for record in records if record.is_answered] == [0, 0, 0]
+    assert [record.session for record in records if record.has_pose] == [0, 0, 0]
 
 
 def test_a_depth_image_that_is_refused_is_counted_but_is_no_frame(observations) -> None:
     first, second = frames(observations, 0, 1)[1:3], frames(observations, 1)[1:]
     calibration = frames(observations)[0]
-    replay = Replay(CONFIG)
-    records = list(replay.run([calibration, *first, *second, second[1]]))
+    pipeline = Pipeline(CONFIG)
+    records = run_observations(pipeline, [calibration, *first, *second, second[1]])
     assert [record.state for record in records] == ["STARTED", "TRACKING"]
-    assert replay.refused == {"STAMP_DUPLICATE": 1}
+    assert pipeline.refused == {"STAMP_DUPLICATE": 1}
 
 
 @pytest.mark.hostile("Stamps: back by less than 1 s R, by more: reset")
@@ -149,8 +147,8 @@ def test_a_malformed_stamp_is_refused_and_the_others_are_answered(entries, tmp_p
     broken = replace(broken, data=broken.data[:8] + (1_000_000_000).to_bytes(4, "little") + broken.data[12:])
     changed = [broken if place == places[2] else one for place, one in enumerate(entries)]
     watched = watch_replay(write_entries(tmp_path / "bag", changed), tmp_path / "out", monkeypatch)
-    assert [record.reason for record in watched.records if not record.is_answered] == ["STAMP_INVALID"]
-    assert sum(record.is_answered for record in watched.records) == 5
+    assert [record.reason for record in watched.records if not record.has_pose] == ["STAMP_INVALID"]
+    assert sum(record.has_pose for record in watched.records) == 5
 
 
 @pytest.mark.hostile("System: bag loop three times: the same result each time")
@@ -160,7 +158,7 @@ def test_each_loop_of_a_recording_gives_the_same_result(long_entries, tmp_path: 
     loops = [[record for record in watched.records if record.session == session] for session in range(3)]
     assert watched.exit_code == ExitCode.OK
     assert [len(loop) for loop in loops] == [10, 10, 10]
-    assert all(record.is_answered for record in watched.records)
+    assert all(record.has_pose for record in watched.records)
     for other in loops[1:]:
         for first, again in zip(loops[0], other, strict=True):
             assert (first.stamp_ns, first.state, first.keyframe_id) == (again.stamp_ns, again.state, again.keyframe_id)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from itertools import islice
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +16,11 @@ from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, flat
 from vigg_ros.registration import Config
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.accuracy import Accuracy
+from vigg_ros.report.bag_messages import read_extrinsics
 from vigg_ros.report.ground_truth import measure
 from vigg_ros.report.recording import Recording
-from vigg_ros.report.replay import Replay
-from vigg_ros.report.source import BagSource, read_extrinsics
-from vigg_ros.tracking.extrinsics import Lookup, StaticTree, fixed
+from vigg_ros.tracking.extrinsics import StaticTree, fixed
+from vigg_ros_testing.pipeline_runs import replay_bag
 
 BAG = Path(__file__).parents[2] / "bags" / "street_lidar"
 SCANS = 25
@@ -31,17 +31,7 @@ JERKS = (5, 23)
 by which their scans are de-skewed, is half that of the scan itself."""
 
 
-def replay(lookup: Lookup | None = None, *, frames: int = SCANS) -> Recording:
-    """The bag or its first frames, with its own static transforms or with others."""
-    with BagReader(BAG) as reader:
-        choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
-        tree = read_extrinsics(reader, choice)
-        assert tree is not None
-        source = BagSource(reader, choice, CONFIG.input)
-        run = Replay(CONFIG, extrinsics=lookup or tree.lookup)
-        records = list(islice(run.run(source), frames))
-    refused = source.refused + run.refused
-    return Recording(BAG.name, records, run.truth, refused, list(source.notes.values()), run.frame_id)
+replay = partial(replay_bag, BAG, CONFIG)
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +96,7 @@ def test_replaying_again_gives_the_same_bytes(recording: Recording) -> None:
 
 
 def test_without_transforms_every_scan_is_refused_and_none_lost() -> None:
-    refused = replay(StaticTree().lookup)
+    refused = replay(lookup=StaticTree().lookup)
     assert [record.reason for record in refused.frames] == ["NO_TF"] * SCANS
     assert refused.refused == {"NO_TF": SCANS}
 

@@ -6,31 +6,31 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration import Config, Reason
 from vigg_ros.report.gallery import Gallery
 from vigg_ros.report.ground_truth import measure
 from vigg_ros.report.page import write_report
-from vigg_ros.report.recording import SCANS
 from vigg_ros.report.summary_table import summary_table
 from vigg_ros.report.wording import length, nearest_preset
-from vigg_ros.tracking.registrar import State
+from vigg_ros.tracking.frame_result import State
 from vigg_ros_testing.page_reader import Page
-from vigg_ros_testing.report_samples import attempt, lost, recording, refused, started, tracked, truth
+from vigg_ros_testing.report_samples import compared, lost, recording, refused, started, tracked, truth
 
 RUN = {"version": "1.2.3", "command": "vigg replay walk", "processor": "Abacus 9000", "cores": 2, "system": "Linux"}
 
 
-def report(tmp_path, estimates, *, config=None, run_info=RUN, **fields):
-    """The page of a recording of these estimates."""
+def report(tmp_path, results, *, config=None, run_info=RUN, **fields):
+    """The page of a recording of these results."""
     gallery = Gallery(config or Config())
-    for i, estimate in enumerate(estimates):
-        if hasattr(estimate, "outcome"):
-            gallery.offer(estimate, attempt(i))
-    replayed = recording(estimates, **fields)
+    for i, result in enumerate(results):
+        gallery.offer(replace(result, compared=compared(i)))
+    replayed = recording(results, **fields)
     path = tmp_path / "report.html"
     write_report(replayed, measure(replayed), gallery, run_info, path)
     return Page(path.read_text(encoding="utf-8"))
@@ -39,13 +39,13 @@ def report(tmp_path, estimates, *, config=None, run_info=RUN, **fields):
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
     """A walk with a bit of everything."""
-    estimates = [started(0), *(tracked(i, new_keyframe=i % 10 == 0) for i in range(1, 40))]
-    estimates[7] = lost(7, Reason.NO_DEPTH, "the source has 3 surface points with features, expected at least 50")
-    estimates[20:23] = [lost(i) for i in range(20, 23)]
-    estimates[23] = tracked(23, state=State.RELOCALISED)
-    estimates[30] = refused(30)
+    results = [started(0), *(tracked(i, new_keyframe=i % 10 == 0) for i in range(1, 40))]
+    results[7] = lost(7, Reason.NO_DEPTH, "the source has 3 surface points with features, expected at least 50")
+    results[20:23] = [lost(i) for i in range(20, 23)]
+    results[23] = tracked(23, state=State.RELOCALISED)
+    results[30] = refused(30)
     notes = ["/camera/image: found encoding 8UC3, taken as bgr8"]
-    return report(tmp_path_factory.mktemp("walk"), estimates, truth=truth(40), notes=notes, refused={"DEPTH_SIZE": 4})
+    return report(tmp_path_factory.mktemp("walk"), results, truth=truth(40), notes=notes, refused={"DEPTH_SIZE": 4})
 
 
 def test_the_head_says_coverage_and_accuracy_with_its_alignment(walk):
@@ -114,17 +114,20 @@ def test_plots_take_the_ink_of_the_page(walk):
 
 
 def test_the_same_replay_gives_the_same_page(tmp_path):
-    estimates = [started(0), *map(tracked, range(1, 5))]
-    assert report(tmp_path, estimates, truth=truth(5)).source == report(tmp_path, estimates, truth=truth(5)).source
+    results = [started(0), *map(tracked, range(1, 5))]
+    assert report(tmp_path, results, truth=truth(5)).source == report(tmp_path, results, truth=truth(5)).source
 
 
 EVIL = "<script>alert(1)</script><img src=http://x.example/y>&amp;\"' \x1b[31m\x00\u202e"
 
 
 def test_whatever_a_bag_holds_is_shown_as_text(tmp_path):
-    estimates = [started(0), tracked(1), lost(2, message=EVIL), refused(3, code=EVIL, message=EVIL)]
+    results = [
+        started(0), tracked(1, frame_id=EVIL), lost(2, message=EVIL, frame_id=EVIL),
+        refused(3, code=EVIL, message=EVIL),
+    ]  # fmt: skip
     page = report(
-        tmp_path, estimates, name=EVIL, notes=[EVIL], refused={EVIL: 1}, frame_id=EVIL, truth=truth(3),
+        tmp_path, results, name=EVIL, notes=[EVIL], refused={EVIL: 1}, truth=truth(3),
         run_info={**RUN, EVIL: EVIL, "processor": EVIL},
     )  # fmt: skip
     assert "script" not in page.tags
@@ -154,20 +157,20 @@ TWO_APART = "2 answered frames have a true pose, but no two of one session; erro
 
 
 @pytest.mark.parametrize(
-    ("estimates", "words"),
+    ("results", "words"),
     [([started(0)], ONE), ([started(0), lost(1)], ONE), ([started(0), started(1, session=1)], TWO_APART)],
 )
-def test_a_truth_of_too_few_answered_frames_is_not_called_missing(tmp_path, estimates, words):
-    page = report(tmp_path, estimates, truth=truth(5))
+def test_a_truth_of_too_few_answered_frames_is_not_called_missing(tmp_path, results, words):
+    page = report(tmp_path, results, truth=truth(5))
     assert page.text.count(words) == 2, "in the lead and in the tile"
     assert "no ground truth" not in page.text
-    of_them = recording(estimates, truth=truth(5))
+    of_them = recording(results, truth=truth(5))
     assert words in summary_table(of_them, measure(of_them), configuration="rgbd")
 
 
 def test_of_scans_the_page_speaks_as_scans(tmp_path):
-    estimates = [started(0), tracked(1), lost(2, Reason.NO_DEPTH), refused(3)]
-    page = report(tmp_path, estimates, leaders=SCANS)
+    results = [started(0), tracked(1), lost(2, Reason.NO_DEPTH), refused(3)]
+    page = report(tmp_path, results, leaders="scans")
     assert "2 of 4 scans got a pose" in page.text
     assert "of 4 scans received" in page.text
     assert "One of the scans could not be made into a frame." in page.text
@@ -193,10 +196,10 @@ DEGENERATE = {
 @pytest.mark.parametrize("count", [0, 20], ids=["without truth", "with truth"])
 @pytest.mark.parametrize("case", DEGENERATE)
 def test_every_outcome_gives_a_page(tmp_path, case, count):
-    estimates = DEGENERATE[case]
-    page = report(tmp_path, estimates, truth=truth(count))
-    answered = sum(getattr(estimate, "T_odom_frame", None) is not None for estimate in estimates)
-    assert f"{answered} of {len(estimates)} colour images got a pose" in page.text
+    results = DEGENERATE[case]
+    page = report(tmp_path, results, truth=truth(count))
+    answered = sum(result.has_pose for result in results)
+    assert f"{answered} of {len(results)} colour images got a pose" in page.text
     assert ("Where the sensor went" in page.headings) == (answered > 0)
     assert "nan" not in page.text.lower()
     assert page.headings[-1] == "Run"
@@ -208,12 +211,20 @@ def test_maps_of_many_sessions_are_limited_and_that_is_said(tmp_path):
 
 
 def test_a_long_recording_gives_a_page_of_bounded_size(tmp_path):
-    estimates = [
+    results = [
         lost(i) if i % 3 == 0 else tracked(i, overlap=0.5 + 0.3 * np.sin(i), new_keyframe=i % 2 == 0)
         for i in range(1, 6000)
     ]
-    page = report(tmp_path, estimates, truth=truth(6000))
+    page = report(tmp_path, results, truth=truth(6000))
     assert len(page.source) < 3_000_000
+
+
+@pytest.mark.parametrize("reason", Reason)
+def test_every_reason_is_explained(tmp_path, reason):
+    page = report(tmp_path, [started(0), lost(1, reason)])
+    explained = EXPLANATIONS[reason]
+    assert explained.meaning in page.text
+    assert explained.remedy in page.text
 
 
 def test_options_that_differ_from_the_nearest_preset_are_listed(tmp_path):

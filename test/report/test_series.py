@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from vigg_ros.report.ground_truth import measure, truth_frame_note
 from vigg_ros.report.routes import choose_plan, find_routes, frame_errors
 from vigg_ros.report.series import (
-    COLUMNS,
     LOST,
     NO_FRAME,
     REFUSED,
+    STRIP_COLUMNS,
     TRACKING,
     evidence_series,
     positions,
@@ -68,7 +68,7 @@ def test_without_a_good_frame_there_are_only_numbers(estimates):
 def test_columns_show_each_state_for_as_long_as_it_held():
     shown = frames(started(0), tracked(1), lost(2), refused(3))
     columns = state_columns(shown, time_axis(shown))
-    quarter = COLUMNS // 4
+    quarter = STRIP_COLUMNS // 4
     expected = np.repeat([TRACKING, TRACKING, LOST, REFUSED], quarter)
     # A frame ends up to a column off, by rounding.
     assert np.count_nonzero(columns != expected) <= 3
@@ -86,7 +86,7 @@ def test_a_pause_of_the_recording_shows_no_frame():
     shown = frames(started(0), tracked(1), tracked(2), tracked(100))
     columns = state_columns(shown, time_axis(shown))
     # 0.2 s and five intervals of 0.1 s after it, of 10.1 s; then one frame at the end.
-    assert np.count_nonzero(columns == NO_FRAME) / COLUMNS == pytest.approx(1 - 0.8 / 10.1, abs=0.005)
+    assert np.count_nonzero(columns == NO_FRAME) / STRIP_COLUMNS == pytest.approx(1 - 0.8 / 10.1, abs=0.005)
 
 
 @given(st.lists(st.integers(0, 4), min_size=1, max_size=50))
@@ -143,10 +143,10 @@ def test_a_map_is_seen_along_the_axis_of_least_extent(extent, plan):
 def test_truth_of_another_frame_is_pointed_out():
     T = np.eye(4)
     poses = [StampedPose(stamp(0), "map", "base_link", T)]
-    note = truth_frame_note(recording([started(0)], truth=poses, frame_id="camera"))
+    note = truth_frame_note(recording([started(0)], truth=poses))
     assert "base_link" in note
     assert "camera" in note
-    assert truth_frame_note(recording([started(0)], truth=poses, frame_id="base_link")) == ""
+    assert truth_frame_note(recording([started(0, frame_id="base_link")], truth=poses)) == ""
     assert truth_frame_note(recording([started(0)], truth=[StampedPose(stamp(0), "map", "", T)])) == ""
 
 

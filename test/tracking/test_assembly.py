@@ -17,7 +17,8 @@ from vigg_ros.registration import Camera
 from vigg_ros.registration.options import PairingConfig
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, StampedPose
 from vigg_ros.sensors.rectification import Rectifier
-from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Match, Refusal, SyncedFrame
+from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal, SyncedFrame, SyncedMessages
+from vigg_ros_testing.pipeline_runs import assemble
 
 START_NS = 1_772_013_245_123_456_789
 MS = 1_000_000
@@ -41,24 +42,22 @@ def pair(at_ms: int) -> tuple[ColourImage, DepthImage]:
     return colour(at_ms), depth(at_ms)
 
 
-def assemble(observations: Iterable[Observation], *, flush: bool = True) -> list[Assembled]:
+def built(observations: Iterable[Observation], *, flush: bool = True) -> list[Assembled]:
     assembler = FrameAssembler(PAIRING)
-    done = [item for observation in observations for item in assembler.add(observation)]
-    return done + (assembler.flush() if flush else [])
-
-
-def at_ms(item: Assembled) -> int:
-    stamp_ns = item.frame.stamp_ns if isinstance(item, SyncedFrame) else item.stamp_ns
-    return (stamp_ns - START_NS) // MS
+    return assemble(assembler, *observations, end=flush)
 
 
 def summary(assembled: Iterable[Assembled]) -> list[tuple[int, str]]:
-    """When, and "frame" or the code of the refusal."""
-    return [(at_ms(item), "frame" if isinstance(item, SyncedFrame) else item.code) for item in assembled]
+    """When (ms), and "frame" or the code of the refusal."""
+    return [
+        ((one.frame.stamp_ns - START_NS) // MS, "frame") if isinstance(one, SyncedFrame)
+        else ((one.stamp_ns - START_NS) // MS, one.code)
+        for one in assembled
+    ]  # fmt: skip
 
 
 def test_a_frame_has_the_stamp_and_name_of_its_colour_image_and_the_depth_beside_it() -> None:
-    (made,) = assemble([calibration(), depth(15, metres=2.5), colour(10, grey=7), depth(90)])
+    (made,) = built([calibration(), depth(15, metres=2.5), colour(10, grey=7), depth(90)])
     assert isinstance(made, SyncedFrame)
     assert (made.frame.stamp_ns, made.frame_id, made.session) == (START_NS + 10 * MS, "optical", 0)
     assert (made.frame.image == 7).all()
@@ -68,36 +67,30 @@ def test_a_frame_has_the_stamp_and_name_of_its_colour_image_and_the_depth_beside
 
 @pytest.mark.hostile("CameraInfo: missing: WAITING")
 def test_frames_wait_for_the_first_calibration() -> None:
-    assembler = FrameAssembler(PAIRING)
-    for k in range(3):
-        for observation in pair(100 * k):
-            assert assembler.add(observation) == []
-    assert summary(assembler.add(calibration(300))) == [(0, "frame"), (100, "frame"), (200, "frame")]
+    early = [*pair(0), *pair(100), *pair(200)]
+    assert built(early, flush=False) == []
+    assert summary(built([*early, calibration(300)], flush=False)) == [(0, "frame"), (100, "frame"), (200, "frame")]
 
 
 def test_what_waits_too_long_for_a_calibration_is_refused() -> None:
     """The queue of 5 stays full of the newest; without any calibration the end refuses the rest."""
     assembler = FrameAssembler(PAIRING)
-    done = [item for k in range(20) for observation in pair(100 * k) for item in assembler.add(observation)]
+    done = [item for k in range(20) for item in assemble(assembler, *pair(100 * k))]
     assert summary(done) == [(100 * k, "NO_CALIBRATION") for k in range(15)]
     assert "a CameraInfo message" in done[0].message  # type: ignore[union-attr]
-    assert summary(assembler.flush()) == [(100 * k, "NO_CALIBRATION") for k in range(15, 20)]
+    assert summary(assemble(assembler, end=True)) == [(100 * k, "NO_CALIBRATION") for k in range(15, 20)]
 
 
-def test_an_unpaired_image_does_not_wait_for_a_calibration() -> None:
-    assert summary(assemble([colour(0), depth(100), colour(100)], flush=False)) == [(0, "UNPAIRED")]
-
-
-def test_an_unpaired_image_is_refused_in_its_place() -> None:
-    observations = [calibration(), *pair(0), colour(100), *pair(200), colour(300), depth(330)]
-    done = assemble(observations)
+def test_an_unpaired_image_is_refused_in_its_place_and_needs_no_calibration() -> None:
+    assert summary(built([colour(0), depth(100), colour(100)], flush=False)) == [(0, "UNPAIRED")]
+    done = built([calibration(), *pair(0), colour(100), *pair(200), colour(300), depth(330)])
     assert summary(done) == [(0, "frame"), (100, "UNPAIRED"), (200, "frame"), (300, "UNPAIRED")]
     assert "no depth image" in done[1].message  # type: ignore[union-attr]
 
 
 @pytest.mark.hostile("Image: depth and image of different size R")
 def test_depth_of_another_size_is_refused_and_the_next_frame_is_not() -> None:
-    done = assemble([calibration(), colour(0), depth(0, (3, 4)), *pair(100)])
+    done = built([calibration(), colour(0), depth(0, (3, 4)), *pair(100)])
     assert summary(done) == [(0, "DEPTH_SIZE"), (100, "frame")]
     assert "(3, 4)" in done[0].message  # type: ignore[union-attr]
 
@@ -107,7 +100,7 @@ SIZE_ROW = pytest.mark.hostile("Image: image and CameraInfo of different size bu
 
 @SIZE_ROW
 def test_an_image_of_another_aspect_is_refused() -> None:
-    done = assemble([calibration(), colour(0, (6, 12, 3)), depth(0, (6, 12)), *pair(100)])
+    done = built([calibration(), colour(0, (6, 12, 3)), depth(0, (6, 12)), *pair(100)])
     assert summary(done) == [(0, "CALIBRATION_SIZE"), (100, "frame")]
     assert "12x6" in done[0].message  # type: ignore[union-attr]
     assert "8x6" in done[0].message  # type: ignore[union-attr]
@@ -115,11 +108,11 @@ def test_an_image_of_another_aspect_is_refused() -> None:
 
 @SIZE_ROW
 def test_an_image_of_equal_aspect_gets_a_scaled_camera() -> None:
-    (made,) = assemble([calibration(), colour(0, (12, 16, 3)), depth(0, (12, 16))])
+    (made,) = built([calibration(), colour(0, (12, 16, 3)), depth(0, (12, 16))])
     assert isinstance(made, SyncedFrame)
     # Twice the size: the edge of the first pixel stays at -0.5, so 3.5 goes to 2 (3.5 + 0.5) - 0.5.
     assert made.frame.camera == Camera(16, 12, 14.0, 14.0, 7.5, 5.5)
-    refused = assemble([calibration(cropped=True), colour(0, (12, 16, 3)), depth(0, (12, 16))])
+    refused = built([calibration(cropped=True), colour(0, (12, 16, 3)), depth(0, (12, 16))])
     assert summary(refused) == [(0, "CALIBRATION_SIZE")]
 
 
@@ -129,13 +122,8 @@ def test_raw_images_are_rectified_together_with_their_depth() -> None:
     rectifier = Rectifier(CAMERA, shifted, "plumb_bob", (0.0, 0.0, 0.0, 0.0))
     image = np.tile(np.arange(8, dtype=np.uint8) * 10, (6, 1))
     metres = np.tile(np.arange(1, 9, dtype=np.float32), (6, 1))
-    (made,) = assemble(
-        [
-            calibration(camera=shifted, rectifier=rectifier),
-            ColourImage(START_NS, "optical", image),
-            DepthImage(START_NS, "optical", metres),
-        ]
-    )
+    raw = ColourImage(START_NS, "optical", image), DepthImage(START_NS, "optical", metres)
+    (made,) = built([calibration(camera=shifted, rectifier=rectifier), *raw])
     assert isinstance(made, SyncedFrame)
     # Column u of the rectified image shows column u + 1 of the raw one; the last shows nothing.
     assert made.frame.image[2, :7].tolist() == [10, 20, 30, 40, 50, 60, 70]
@@ -145,29 +133,17 @@ def test_raw_images_are_rectified_together_with_their_depth() -> None:
 
 @pytest.mark.hostile("CameraInfo: changes mid-run: drop keyframes, N")
 def test_another_calibration_starts_another_session() -> None:
-    other = replace(CAMERA, fx_px=9.0)
-    done = assemble(
-        [
-            calibration(0),
-            *pair(0),
-            calibration(100),
-            *pair(100),
-            calibration(200, other),
-            *pair(200),
-            calibration(300, other),
-            *pair(300),
-            calibration(400),
-            *pair(400),
-        ]
-    )
+    fx_px = [7.0, 7.0, 9.0, 9.0, 7.0]
+    cameras = [replace(CAMERA, fx_px=value) for value in fx_px]
+    done = built(one for k, camera in enumerate(cameras) for one in (calibration(100 * k, camera), *pair(100 * k)))
     assert [item.session for item in done] == [0, 0, 1, 1, 2]
-    assert [item.frame.camera.fx_px for item in done] == [7, 7, 9, 9, 7]  # type: ignore[union-attr]
+    assert [item.frame.camera.fx_px for item in done] == fx_px  # type: ignore[union-attr]
 
 
 @pytest.mark.hostile("System: publisher restarts with another resolution A")
 def test_a_publisher_that_restarts_with_another_resolution() -> None:
     large = Camera(16, 8, 14.0, 14.0, 7.5, 3.5)
-    done = assemble(
+    done = built(
         [calibration(), *pair(0), calibration(100, large), colour(100, (8, 16, 3)), depth(100, (8, 16)), *pair(200)]
     )
     assert summary(done) == [(0, "frame"), (100, "frame"), (200, "CALIBRATION_SIZE")]
@@ -179,14 +155,14 @@ BACK_ROW = pytest.mark.hostile("Stamps: back by less than 1 s R, by more: reset"
 
 @BACK_ROW
 def test_a_clock_that_jumps_back_starts_another_session() -> None:
-    done = assemble([calibration(), *pair(5000), *pair(5100), *pair(1000), *pair(1100)])
+    done = built([calibration(), *pair(5000), *pair(5100), *pair(1000), *pair(1100)])
     assert summary(done) == [(5000, "frame"), (5100, "frame"), (1000, "frame"), (1100, "frame")]
     assert [item.session for item in done] == [0, 0, 1, 1]
 
 
 @BACK_ROW
 def test_late_and_duplicate_images_are_refused_by_code() -> None:
-    done = assemble([calibration(), *pair(1000), colour(1000), colour(500), depth(1000), *pair(1100)])
+    done = built([calibration(), *pair(1000), colour(1000), colour(500), depth(1000), *pair(1100)])
     assert Counter(code for _, code in summary(done)) == {"frame": 2, "STAMP_DUPLICATE": 2, "STAMP_LATE": 1}
     leads = {(item.code, item.leads) for item in done if isinstance(item, Refusal)}
     assert leads == {("STAMP_DUPLICATE", True), ("STAMP_LATE", True), ("STAMP_DUPLICATE", False)}
@@ -195,73 +171,64 @@ def test_late_and_duplicate_images_are_refused_by_code() -> None:
 
 def test_sessions_by_clock_and_by_camera_do_not_cancel() -> None:
     other = replace(CAMERA, fx_px=9.0)
-    done = assemble([calibration(), *pair(5000), *pair(1000), calibration(0, other), *pair(1100), *pair(0), *pair(100)])
+    done = built([calibration(), *pair(5000), *pair(1000), calibration(0, other), *pair(1100), *pair(0), *pair(100)])
     sessions = [item.session for item in done]
     assert sessions == sorted(sessions)
     assert len(set(sessions)) == 4
 
 
-def test_poses_and_other_observations_pass_by() -> None:
+def test_what_is_no_colour_image_gives_nothing() -> None:
     truth = StampedPose(START_NS, "map", "optical", np.eye(4))
-    assert assemble([truth, calibration(), truth, *pair(0), truth], flush=False) != []
-    assert assemble([truth]) == []
+    assert summary(built([truth, calibration(), truth, *pair(0), truth], flush=False)) == [(0, "frame")]
+    assert built([]) == built([truth]) == built([calibration()]) == built([depth(0)]) == []
 
 
-def test_an_assembler_without_input_gives_nothing() -> None:
-    assert assemble([]) == assemble([calibration()]) == assemble([depth(0)]) == []
+stamps_ms = st.integers(0, 300).map(lambda k: 10 * k)
+sizes = st.sampled_from([(6, 8), (3, 4)])
+observations = st.one_of(
+    st.builds(colour, stamps_ms), st.builds(depth, stamps_ms, sizes), st.builds(calibration, stamps_ms)
+)
+"""At any stamps, late and twice included; depth of two sizes."""
 
 
-@st.composite
-def recordings(draw: st.DrawFn) -> list[Observation]:
-    """Colour, depth of two sizes and calibrations at any stamps, late and twice included."""
-    kinds = st.sampled_from(["colour", "depth", "small depth", "calibration"])
-    observations: list[Observation] = []
-    for kind, stamp_ms in draw(st.lists(st.tuples(kinds, st.integers(0, 3000).map(lambda k: 10 * k)), max_size=40)):
-        observations.append(
-            {
-                "colour": lambda at: colour(at),
-                "depth": lambda at: depth(at),
-                "small depth": lambda at: depth(at, (3, 4)),
-                "calibration": lambda at: calibration(at),
-            }[kind](stamp_ms)
-        )
-    return observations
-
-
-@given(recordings())
-def test_every_colour_image_is_accounted_for_exactly_once(observations: list[Observation]) -> None:
-    done = assemble(observations)
-    wanted = Counter(item.stamp_ns for item in observations if isinstance(item, ColourImage))
-    got = Counter(
-        item.frame.stamp_ns if isinstance(item, SyncedFrame) else item.stamp_ns
-        for item in done
-        if isinstance(item, SyncedFrame) or item.leads
-    )
-    assert got == wanted
-    assert all(item.code for item in done if isinstance(item, Refusal))
+@given(st.lists(observations, max_size=40))
+def test_every_colour_image_is_accounted_for_exactly_once(recording: list[Observation]) -> None:
+    done = built(recording)
+    frames = [item for item in done if isinstance(item, SyncedFrame)]
+    refusals = [item for item in done if isinstance(item, Refusal)]
+    got = [item.frame.stamp_ns for item in frames] + [item.stamp_ns for item in refusals if item.leads]
+    assert sorted(got) == sorted(item.stamp_ns for item in recording if isinstance(item, ColourImage))
+    assert all(item.code for item in refusals)
     # Within a session, frames come in the order of their stamps.
-    made = [(item.session, item.frame.stamp_ns) for item in done if isinstance(item, SyncedFrame)]
+    made = [(item.session, item.frame.stamp_ns) for item in frames]
     assert made == sorted(made)
+
+
+@pytest.mark.parametrize("reuse", [False, True])
+def test_a_depth_image_serves_a_second_image_only_on_request(reuse: bool) -> None:
+    assembler = FrameAssembler(replace(PAIRING, reuse_depth=reuse))
+    done = assemble(assembler, calibration(), *pair(0), colour(15), *pair(100))
+    assert summary(done) == [(0, "frame"), (15, "frame" if reuse else "UNPAIRED"), (100, "frame")]
 
 
 def test_a_restart_takes_early_stamps_again_keeps_the_calibration_and_counts_sessions_on() -> None:
     assembler = FrameAssembler(PAIRING)
     for observation in (calibration(), *pair(5000), *pair(100), *pair(200)):
-        assembler.add(observation)
+        assemble(assembler, observation)
     assert assembler.session == 1, "a jump back by almost five seconds"
-    assembler.add(colour(300))
+    assemble(assembler, colour(300))
     assert [one.stamp_ns for one in assembler.restart()] == [START_NS + 300 * MS], "it waited for its depth image"
-    made = [item for observation in (*pair(150), *pair(2000), *pair(200)) for item in assembler.add(observation)]
+    made = assemble(assembler, *pair(150), *pair(2000), *pair(200))
     assert summary(made) == [(150, "frame"), (2000, "frame"), (200, "frame")]
     assert [item.session for item in made] == [1, 1, 2]
 
 
-def test_a_match_is_built_with_the_calibration_that_held_when_it_became_certain() -> None:
+def test_messages_are_built_with_the_calibration_that_held_when_their_pair_was_certain() -> None:
     assembler = FrameAssembler(PAIRING)
-    assembler.add(calibration())
-    (match,) = [item for observation in pair(0) for item in assembler.match(observation)]
-    assembler.add(calibration(50, replace(CAMERA, fx_px=9.0)))
-    assert isinstance(match, Match)
-    built = assembler.build(match)
+    assemble(assembler, calibration())
+    (messages,) = [item for observation in pair(0) for item in assembler.synchronize(observation)]
+    assemble(assembler, calibration(50, replace(CAMERA, fx_px=9.0)))
+    assert isinstance(messages, SyncedMessages)
+    built = assembler.build(messages)
     assert isinstance(built, SyncedFrame)
     assert built.frame.camera == CAMERA

@@ -159,8 +159,8 @@ def test_deskewing_can_be_switched_off() -> None:
     registrar = Registrar(CONFIG.replace({"input.deskew": False}))
     frames = [frame_at(along_arc, stamp_s) for stamp_s in (0.5, 0.6)]
     for frame in frames:
-        registrar.step(frame)
-        assert registrar.attempt is not None
-        assert registrar.attempt.frame is frame
+        compared = registrar.step(frame).compared
+        assert compared is not None
+        assert compared.frame is frame
     assert registrar.reference is not None
     assert registrar.reference.frame is frames[0]

@@ -13,13 +13,13 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat
 from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.report.recording import FrameRecord
-from vigg_ros.report.replay import Replay
-from vigg_ros.report.source import BagSource, read_extrinsics
+from vigg_ros.report.bag_messages import read_extrinsics, read_messages
 from vigg_ros.tracking.extrinsics import Lookup, StaticTree, fixed
+from vigg_ros.tracking.frame_result import FrameResult, State
 from vigg_ros_testing.bag_samples import CAMERA, COLOUR, INFO, START_NS, entry, tf_static_entry, write_bag
 
 EMPTY_ROW = pytest.mark.hostile("Frames and TF: Empty frame_id N with extrinsics by parameter, else R")
@@ -102,7 +102,7 @@ def test_a_frame_without_a_name_is_nowhere(target: str, source: str) -> None:
     assert caught.value.code == "FRAME_ID_EMPTY"
 
 
-def replayed_without_names(folder: Path, extrinsics: Lookup | None) -> tuple[FrameRecord, list[str]]:
+def replayed_without_names(folder: Path, extrinsics: Lookup | None) -> tuple[FrameResult, list[str]]:
     """What a replay says of a bag with /tf_static whose image and scan have no frame_id; and its notes."""
     header = {"stamp_ns": START_NS, "frame_id": ""}
     # A grid that a camera without any offset from the scanner sees: only the names are wrong.
@@ -114,25 +114,26 @@ def replayed_without_names(folder: Path, extrinsics: Lookup | None) -> tuple[Fra
     }
     entries = [tf_static_entry(), *(entry(topic, message, START_NS) for topic, message in sent.items())]
     with BagReader(write_bag(folder / "bag", entries)) as reader:
-        choice, config = choose_topics(reader.topics), Config.preset("lidar")
+        choice = choose_topics(reader.topics)
         tree = read_extrinsics(reader, choice)
         assert tree is not None
-        source = BagSource(reader, choice, config.input)
-        (record,) = Replay(config, extrinsics=extrinsics or tree.lookup).run(source)
-    return record, [code for _, code in source.notes]
+        pipeline = Pipeline(Config.preset("lidar"), extrinsics or tree.lookup)
+        results = [result for role, message in read_messages(reader, choice) for result in pipeline.feed(role, message)]
+    (result,) = [*results, *pipeline.flush()]
+    return result, [code for _, code in pipeline.notes]
 
 
 @EMPTY_ROW
 def test_a_bag_without_frame_names_is_refused_where_tf_is_asked(tmp_path: Path) -> None:
-    record, _ = replayed_without_names(tmp_path, None)
-    assert (record.state, record.reason) == ("REFUSED", "FRAME_ID_EMPTY")
-    assert record.T_odom_frame is None
+    result, _ = replayed_without_names(tmp_path, None)
+    assert (result.state, result.reason) == (State.REFUSED, "FRAME_ID_EMPTY")
+    assert result.T_odom_frame is None
 
 
 @EMPTY_ROW
 def test_a_bag_without_frame_names_is_taken_with_extrinsics_by_parameter(tmp_path: Path) -> None:
-    record, notes = replayed_without_names(tmp_path, fixed(np.eye(4)))
-    assert record.reason == "NO_TEXTURE"  # so far it came: the image is black
+    result, notes = replayed_without_names(tmp_path, fixed(np.eye(4)))
+    assert result.reason == "NO_TEXTURE"  # so far it came: the image is black
     assert notes == ["FRAME_ID_EMPTY"] * 3
 
 

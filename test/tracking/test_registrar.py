@@ -13,7 +13,7 @@ from scipy import stats
 from vigg_ros.bench.worlds import HandheldLoop, hall_of_columns, room
 from vigg_ros.bench.worlds.poses import Pose, look_at
 from vigg_ros.registration import Camera, Config, Frame, Reason, Registration, Rejection
-from vigg_ros.tracking import Estimate, Registrar, State
+from vigg_ros.tracking import FrameResult, Registrar, State
 from vigg_ros_testing.registration_samples import Studio, errors, looking
 
 CONFIG = Config()
@@ -46,51 +46,51 @@ def blank() -> Frame:
     return Frame.from_depth(np.zeros((120, 160, 3), np.uint8), np.zeros((120, 160), np.float32), camera)
 
 
-def follow(registrar: Registrar, sequence: Iterable[Frame]) -> list[Estimate]:
+def follow(registrar: Registrar, sequence: Iterable[Frame]) -> list[FrameResult]:
     return [registrar.step(frame) for frame in sequence]
 
 
-def states(estimates: Iterable[Estimate]) -> list[str]:
-    return [estimate.state.value for estimate in estimates]
+def states(results: Iterable[FrameResult]) -> list[str]:
+    return [result.state.value for result in results]
 
 
-def T_of(estimate: Estimate) -> Pose:
-    assert estimate.T_odom_frame is not None, estimate.outcome
-    return estimate.T_odom_frame
+def T_of(result: FrameResult) -> Pose:
+    assert result.T_odom_frame is not None, result.outcome
+    return result.T_odom_frame
 
 
-def assert_on_the_path(estimates: Sequence[Estimate], path: Sequence[Pose], *, origin: Pose) -> None:
+def assert_on_the_path(results: Sequence[FrameResult], path: Sequence[Pose], *, origin: Pose) -> None:
     """Each pose within what its covariance says, and the drift of a few keyframes within centimetres."""
-    for estimate, pose in zip(estimates, path, strict=True):
+    for result, pose in zip(results, path, strict=True):
         T_true = np.linalg.inv(origin) @ pose
-        rotation_deg, translation_m = errors(T_of(estimate), T_true)
+        rotation_deg, translation_m = errors(T_of(result), T_true)
         assert rotation_deg < 1.0
         assert translation_m < 0.03
-        if estimate.state is not State.STARTED:
-            assert estimate.covariance is not None
-            error = np.concatenate((T_of(estimate)[:3, 3] - T_true[:3, 3], [0, 0, 0]))
-            share = error[:3] @ np.linalg.solve(estimate.covariance[:3, :3], error[:3])
+        if result.state is not State.STARTED:
+            assert result.covariance is not None
+            error = np.concatenate((T_of(result)[:3, 3] - T_true[:3, 3], [0, 0, 0]))
+            share = error[:3] @ np.linalg.solve(result.covariance[:3, :3], error[:3])
             # Of 35 frames the worst; chi2(3) leaves 1 of 10,000 beyond.
             assert share < stats.chi2(3).ppf(0.9999)
 
 
 @pytest.fixture(scope="module")
-def walk(studio: Studio) -> tuple[list[Pose], list[Frame], list[Estimate]]:
+def walk(studio: Studio) -> tuple[list[Pose], list[Frame], list[FrameResult]]:
     """Most of the loop: 35 frames, in which the view changes completely and comes back."""
     path = poses(0, 35)
     sequence = frames(studio, path)
     return path, sequence, follow(Registrar(CONFIG), sequence)
 
 
-def test_every_frame_of_a_walk_is_answered(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
-    path, sequence, estimates = walk
-    assert states(estimates) == ["STARTED"] + ["TRACKING"] * 34
-    assert [estimate.stamp_ns for estimate in estimates] == [frame.stamp_ns for frame in sequence]
-    assert_on_the_path(estimates, path, origin=path[0])
-    assert {estimate.session for estimate in estimates} == {0}
+def test_every_frame_of_a_walk_is_answered(walk: tuple[list[Pose], list[Frame], list[FrameResult]]) -> None:
+    path, sequence, results = walk
+    assert states(results) == ["STARTED"] + ["TRACKING"] * 34
+    assert [result.stamp_ns for result in results] == [frame.stamp_ns for frame in sequence]
+    assert_on_the_path(results, path, origin=path[0])
+    assert {result.session for result in results} == {0}
 
 
-def test_the_first_frame_defines_the_odometry_frame(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
+def test_the_first_frame_defines_the_odometry_frame(walk: tuple[list[Pose], list[Frame], list[FrameResult]]) -> None:
     first = walk[2][0]
     np.testing.assert_array_equal(T_of(first), np.eye(4))
     assert first.covariance is not None
@@ -98,81 +98,81 @@ def test_the_first_frame_defines_the_odometry_frame(walk: tuple[list[Pose], list
     assert (first.keyframe_id, first.new_keyframe, first.outcome) == (0, True, None)
 
 
-def test_poses_chain_through_keyframes_without_a_jump(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
+def test_poses_chain_through_keyframes_without_a_jump(walk: tuple[list[Pose], list[Frame], list[FrameResult]]) -> None:
     """Between two frames the pose moves as the camera did, whether or not the reference changed in between."""
-    path, _, estimates = walk
-    references = [estimate.keyframe_id for estimate in estimates]
+    path, _, results = walk
+    references = [result.keyframe_id for result in results]
     assert len(set(references)) >= 3, "the walk is long enough to need keyframes"
     for k in range(1, len(path)):
-        moved = np.linalg.inv(T_of(estimates[k - 1])) @ T_of(estimates[k])
+        moved = np.linalg.inv(T_of(results[k - 1])) @ T_of(results[k])
         rotation_deg, translation_m = errors(moved, np.linalg.inv(path[k - 1]) @ path[k])
         # Two registrations, each off by some millimetres and a tenth of a degree.
         assert rotation_deg < 0.7
         assert translation_m < 0.02
     # And the pose is exactly keyframe times registration.
-    taken = {0: T_of(estimates[0])}
-    for estimate in estimates[1:]:
-        assert isinstance(estimate.outcome, Registration)
-        assert estimate.keyframe_id is not None
-        expected = taken[estimate.keyframe_id] @ estimate.outcome.T_target_source
-        np.testing.assert_allclose(T_of(estimate), expected, atol=1e-9)
-        if estimate.new_keyframe:
-            taken[max(taken) + 1] = T_of(estimate)
+    taken = {0: T_of(results[0])}
+    for result in results[1:]:
+        assert isinstance(result.outcome, Registration)
+        assert result.keyframe_id is not None
+        expected = taken[result.keyframe_id] @ result.outcome.T_target_source
+        np.testing.assert_allclose(T_of(result), expected, atol=1e-9)
+        if result.new_keyframe:
+            taken[max(taken) + 1] = T_of(result)
 
 
-def test_uncertainty_grows_with_each_keyframe(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
-    estimates = walk[2]
-    at_keyframes = [np.trace(e.covariance[:3, :3]) for e in estimates if e.new_keyframe and e.covariance is not None]
+def test_uncertainty_grows_with_each_keyframe(walk: tuple[list[Pose], list[Frame], list[FrameResult]]) -> None:
+    results = walk[2]
+    at_keyframes = [np.trace(e.covariance[:3, :3]) for e in results if e.new_keyframe and e.covariance is not None]
     assert len(at_keyframes) >= 3
     assert at_keyframes == sorted(at_keyframes)
     assert at_keyframes[0] == 0 < at_keyframes[1]
 
 
-def test_a_keyframe_is_taken_when_the_view_has_changed(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
+def test_a_keyframe_is_taken_when_the_view_has_changed(walk: tuple[list[Pose], list[Frame], list[FrameResult]]) -> None:
     """Not for every frame, and not only when it is too late."""
-    estimates = walk[2]
-    taken = sum(estimate.new_keyframe for estimate in estimates)
+    results = walk[2]
+    taken = sum(result.new_keyframe for result in results)
     assert 3 <= taken <= 12
-    followed = [e.outcome for e in estimates[1:] if isinstance(e.outcome, Registration)]
+    followed = [e.outcome for e in results[1:] if isinstance(e.outcome, Registration)]
     assert min(outcome.evidence.overlap for outcome in followed) > 0.3
 
 
-def as_bytes(estimates: Iterable[Estimate]) -> list[bytes]:
+def as_bytes(results: Iterable[FrameResult]) -> list[bytes]:
     out = []
-    for estimate in estimates:
-        pose, covariance = estimate.T_odom_frame, estimate.covariance
+    for result in results:
+        pose, covariance = result.T_odom_frame, result.covariance
         assert pose is not None
         assert covariance is not None
-        out.append(pose.tobytes() + covariance.tobytes() + repr((estimate.state, estimate.keyframe_id)).encode())
+        out.append(pose.tobytes() + covariance.tobytes() + repr((result.state, result.keyframe_id)).encode())
     return out
 
 
-def test_the_same_frames_give_the_same_bytes(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
-    _, sequence, estimates = walk
-    assert as_bytes(follow(Registrar(CONFIG), sequence[:12])) == as_bytes(estimates[:12])
+def test_the_same_frames_give_the_same_bytes(walk: tuple[list[Pose], list[Frame], list[FrameResult]]) -> None:
+    _, sequence, results = walk
+    assert as_bytes(follow(Registrar(CONFIG), sequence[:12])) == as_bytes(results[:12])
 
 
-def test_every_step_is_timed(walk: tuple[list[Pose], list[Frame], list[Estimate]]) -> None:
-    for estimate in walk[2][1:]:
-        assert {"keypoints", "surface", "cliques", "refinement"} <= set(estimate.timings_ms)
-        assert min(estimate.timings_ms.values()) >= 0
+def test_every_step_is_timed(walk: tuple[list[Pose], list[Frame], list[FrameResult]]) -> None:
+    for result in walk[2][1:]:
+        assert {"keypoints", "surface", "cliques", "refinement"} <= set(result.timings_ms)
+        assert min(result.timings_ms.values()) >= 0
 
 
 def test_blank_frames_are_lost_and_the_next_good_one_is_not(studio: Studio) -> None:
     path = poses(0, 12)
     shown: list[Pose | None] = [None if k in (5, 6, 7) else pose for k, pose in enumerate(path)]
     registrar = Registrar(CONFIG)
-    estimates = follow(registrar, frames(studio, shown))
-    assert states(estimates[5:8]) == ["LOST"] * 3
-    for lost in estimates[5:8]:
+    results = follow(registrar, frames(studio, shown))
+    assert states(results[5:8]) == ["LOST"] * 3
+    for lost in results[5:8]:
         assert lost.T_odom_frame is None
         assert lost.covariance is None
         assert isinstance(lost.outcome, Rejection)
         assert lost.outcome.reason is Reason.NO_TEXTURE
         assert not lost.new_keyframe
     good = [k for k in range(12) if k not in (5, 6, 7)]
-    assert "LOST" not in states(estimates[k] for k in good)
-    assert_on_the_path([estimates[k] for k in good], [path[k] for k in good], origin=path[0])
+    assert "LOST" not in states(results[k] for k in good)
+    assert_on_the_path([results[k] for k in good], [path[k] for k in good], origin=path[0])
 
 
 def pan(first: int, last: int) -> list[Pose]:
@@ -181,7 +181,7 @@ def pan(first: int, last: int) -> list[Pose]:
     return [look_at((-0.6, 0, 1.4), (-0.6 + np.cos(a), np.sin(a), 1.15)) for a in angles.tolist()]
 
 
-def back_at_the_start(studio: Studio, path: Sequence[Pose]) -> tuple[list[Estimate], list[Estimate]]:
+def back_at_the_start(studio: Studio, path: Sequence[Pose]) -> tuple[list[FrameResult], list[FrameResult]]:
     """Walked along a path, then carried in the dark to its second pose, where the camera stays for 6 frames."""
     registrar = Registrar(CONFIG)
     walked = follow(registrar, frames(studio, path))
@@ -195,7 +195,7 @@ def test_a_place_seen_before_is_found_again(studio: Studio) -> None:
     """Turned by 85 deg, where nothing of the first view is left."""
     path = pan(0, 13)
     walked, back = back_at_the_start(studio, path)
-    found = [estimate for estimate in back if estimate.state is not State.LOST]
+    found = [result for result in back if result.state is not State.LOST]
     assert found, "six frames are more than it takes to try all keyframes, three at a time"
     assert found[0].state is State.RELOCALISED
     assert found[0].keyframe_id is not None
@@ -211,7 +211,7 @@ def test_each_lost_frame_tries_other_keyframes(studio: Studio) -> None:
     path = pan(0, 13)
     registrar = Registrar(config)
     walked = follow(registrar, frames(studio, path))
-    keyframes = sum(estimate.new_keyframe for estimate in walked)
+    keyframes = sum(result.new_keyframe for result in walked)
     assert keyframes > 4
     tried = []
     for frame in frames(studio, [None] * keyframes, first=13):
@@ -226,19 +226,19 @@ def test_a_place_seen_before_is_not_taken_for_another_corner(turned: int, studio
     """A corner fits onto another one by its walls and floor, turned by 90 or 180 deg; what is seen there does not."""
     path = pan(0, turned)
     _, back = back_at_the_start(studio, path)
-    for estimate in back:
-        if estimate.T_odom_frame is not None:
-            assert errors(estimate.T_odom_frame, np.linalg.inv(path[0]) @ path[1])[1] < 0.05, estimate.outcome
+    for result in back:
+        if result.T_odom_frame is not None:
+            assert errors(result.T_odom_frame, np.linalg.inv(path[0]) @ path[1])[1] < 0.05, result.outcome
 
 
 def test_a_place_never_seen_is_lost(studio: Studio) -> None:
     registrar = Registrar(CONFIG)
     path = pan(0, 3)
     follow(registrar, frames(studio, path))
-    estimates = follow(registrar, frames(studio, [*pan(19, 21), path[2]], first=3))
-    assert states(estimates) == ["LOST", "LOST", "TRACKING"]
-    assert all(estimate.T_odom_frame is None for estimate in estimates[:2])
-    assert_on_the_path(estimates[2:], path[2:], origin=path[0])
+    results = follow(registrar, frames(studio, [*pan(19, 21), path[2]], first=3))
+    assert states(results) == ["LOST", "LOST", "TRACKING"]
+    assert all(result.T_odom_frame is None for result in results[:2])
+    assert_on_the_path(results[2:], path[2:], origin=path[0])
 
 
 def test_another_world_is_never_answered(studio: Studio) -> None:
@@ -247,9 +247,9 @@ def test_another_world_is_never_answered(studio: Studio) -> None:
     follow(registrar, frames(studio, poses(0, 3)))
     hall = Studio(hall_of_columns(seed=2))
     view = [look_at((0.1 * k, 0.3, 1.4), (0.1 * k + 2, 0.1, 1.2)) for k in range(3)]
-    estimates = follow(registrar, frames(hall, view, first=3))
-    assert states(estimates) == ["LOST"] * 3
-    assert all(estimate.T_odom_frame is None for estimate in estimates)
+    results = follow(registrar, frames(hall, view, first=3))
+    assert states(results) == ["LOST"] * 3
+    assert all(result.T_odom_frame is None for result in results)
 
 
 def test_reset_starts_another_session(studio: Studio) -> None:
@@ -258,7 +258,6 @@ def test_reset_starts_another_session(studio: Studio) -> None:
     before = follow(registrar, sequence[:2])
     registrar.reset()
     assert registrar.reference is None
-    assert registrar.attempt is None
     after = follow(registrar, sequence[2:])
     assert states(before + after) == ["STARTED", "TRACKING", "STARTED", "TRACKING"]
     np.testing.assert_array_equal(T_of(after[0]), np.eye(4))
@@ -268,34 +267,34 @@ def test_reset_starts_another_session(studio: Studio) -> None:
 def test_a_new_session_of_the_input_resets(studio: Studio) -> None:
     sequence = frames(studio, poses(0, 4))
     registrar = Registrar(CONFIG)
-    estimates = [registrar.step(frame, session=number) for frame, number in zip(sequence, (0, 0, 3, 3), strict=True)]
-    assert states(estimates) == ["STARTED", "TRACKING", "STARTED", "TRACKING"]
-    assert [estimate.session for estimate in estimates] == [0, 0, 3, 3]
-    np.testing.assert_array_equal(T_of(estimates[2]), np.eye(4))
+    results = [registrar.step(frame, session=number) for frame, number in zip(sequence, (0, 0, 3, 3), strict=True)]
+    assert states(results) == ["STARTED", "TRACKING", "STARTED", "TRACKING"]
+    assert [result.session for result in results] == [0, 0, 3, 3]
+    np.testing.assert_array_equal(T_of(results[2]), np.eye(4))
 
 
 def test_an_unusable_first_frame_starts_nothing(studio: Studio) -> None:
     """The identity is where a usable frame was, never an answer to a frame that showed nothing."""
     path = poses(0, 2)
     registrar = Registrar(CONFIG)
-    estimates = follow(registrar, frames(studio, [None, None, *path]))
-    assert states(estimates) == ["LOST", "LOST", "STARTED", "TRACKING"]
-    for lost in estimates[:2]:
+    results = follow(registrar, frames(studio, [None, None, *path]))
+    assert states(results) == ["LOST", "LOST", "STARTED", "TRACKING"]
+    for lost in results[:2]:
         assert lost.T_odom_frame is None
         assert lost.keyframe_id is None
         assert isinstance(lost.outcome, Rejection)
-    assert_on_the_path(estimates[2:], path, origin=path[0])
+    assert_on_the_path(results[2:], path, origin=path[0])
 
 
 def test_an_answer_is_never_the_identity_unless_the_camera_stood_still(studio: Studio) -> None:
     """Each frame is 2 m and a turn from the last: no pose at all, or the right one."""
     back, aside = look_at((1.2, -0.9, 1.5), (-2, 1.2, 0.6)), look_at((0, 0.8, 1.2), (0, -2, 1))
     jumps = [looking(), back, looking((0.1, 0, 0)), aside]
-    for estimate, pose in zip(follow(Registrar(CONFIG), frames(studio, jumps))[1:], jumps[1:], strict=True):
-        if estimate.T_odom_frame is None:
-            assert estimate.state is State.LOST
+    for result, pose in zip(follow(Registrar(CONFIG), frames(studio, jumps))[1:], jumps[1:], strict=True):
+        if result.T_odom_frame is None:
+            assert result.state is State.LOST
         else:
-            assert errors(estimate.T_odom_frame, np.linalg.inv(jumps[0]) @ pose)[1] < 0.05
+            assert errors(result.T_odom_frame, np.linalg.inv(jumps[0]) @ pose)[1] < 0.05
 
 
 def test_the_buffer_stays_bounded(studio: Studio) -> None:
@@ -303,11 +302,11 @@ def test_the_buffer_stays_bounded(studio: Studio) -> None:
     config = CONFIG.replace({"keyframes.buffer_size": 3, "keyframes.min_overlap": 1.0})
     registrar = Registrar(config)
     path = poses(0, 8)
-    estimates = follow(registrar, frames(studio, path))
-    assert all(estimate.new_keyframe for estimate in estimates)
-    assert [estimate.keyframe_id for estimate in estimates] == [0, 0, 1, 2, 3, 4, 5, 6]
+    results = follow(registrar, frames(studio, path))
+    assert all(result.new_keyframe for result in results)
+    assert [result.keyframe_id for result in results] == [0, 0, 1, 2, 3, 4, 5, 6]
     assert len(registrar._keyframes) == 3
-    assert_on_the_path(estimates, path, origin=path[0])
+    assert_on_the_path(results, path, origin=path[0])
 
 
 @pytest.mark.parametrize("dark", [None, 1], ids=["always seen", "lost before"])
@@ -325,30 +324,30 @@ def test_a_reference_out_of_sight_is_replaced_by_the_last_frame(dark: int | None
     )
     path = [looking((0, 0.1 * k, 0), (0, 0.25 * k, 0)) for k in range(7)]
     shown = [None if k == dark else pose for k, pose in enumerate(path)]
-    estimates = follow(Registrar(config), frames(studio, shown))
+    results = follow(Registrar(config), frames(studio, shown))
     seen = [k for k in range(7) if k != dark]
-    assert states(estimates[k] for k in seen) == ["STARTED"] + ["TRACKING"] * (len(seen) - 1)
-    assert not any(estimate.new_keyframe for estimate in estimates[1:])
-    assert len({estimates[k].keyframe_id for k in seen}) > 1
-    assert_on_the_path([estimates[k] for k in seen], [path[k] for k in seen], origin=path[0])
+    assert states(results[k] for k in seen) == ["STARTED"] + ["TRACKING"] * (len(seen) - 1)
+    assert not any(result.new_keyframe for result in results[1:])
+    assert len({results[k].keyframe_id for k in seen}) > 1
+    assert_on_the_path([results[k] for k in seen], [path[k] for k in seen], origin=path[0])
 
 
-def test_an_attempt_shows_what_was_compared(studio: Studio) -> None:
-    registrar = Registrar(CONFIG)
-    sequence = frames(studio, [*poses(0, 2), None])
-    assert registrar.attempt is None
-    registrar.step(sequence[0])
-    assert registrar.attempt is not None
-    assert registrar.attempt.keyframe is None
-    estimate = registrar.step(sequence[1])
-    assert registrar.attempt.keyframe is not None
-    assert registrar.attempt.keyframe.id == estimate.keyframe_id
-    assert isinstance(estimate.outcome, Registration)
-    compared = registrar.attempt.keyframe.features.keypoints, registrar.attempt.features.keypoints
-    for keypoints, pixels in zip(compared, np.hsplit(estimate.outcome.visual_inliers_px, 2), strict=True):
+def test_a_result_shows_what_was_compared(studio: Studio) -> None:
+    first, second, third = follow(Registrar(CONFIG), frames(studio, [*poses(0, 2), None]))
+    assert first.compared is not None
+    assert first.compared.keyframe is None
+    assert second.compared is not None
+    assert second.compared.keyframe is not None
+    assert second.compared.keyframe.id == second.keyframe_id
+    assert isinstance(second.outcome, Registration)
+    compared = second.compared.keyframe.features.keypoints, second.compared.features.keypoints
+    for keypoints, pixels in zip(compared, np.hsplit(second.outcome.visual_inliers_px, 2), strict=True):
         assert set(map(tuple, pixels.tolist())) <= set(map(tuple, keypoints.pixels.tolist()))
-    registrar.step(sequence[2])
-    assert len(registrar.attempt.features.keypoints) == 0
+    assert third.compared is not None
+    assert len(third.compared.features.keypoints) == 0
+    kept = second.kept()
+    assert (kept.compared, kept.outcome.visual_inliers_px.shape) == (None, (0, 4))
+    assert (kept.T_odom_frame is second.T_odom_frame, kept.evidence) == (True, second.evidence)
 
 
 def test_a_frame_whose_time_is_up_is_lost_and_the_next_one_is_not(studio: Studio) -> None:
@@ -357,7 +356,7 @@ def test_a_frame_whose_time_is_up_is_lost_and_the_next_one_is_not(studio: Studio
     sequence = frames(studio, path)
     registrar = Registrar(CONFIG.replace({"time_budget_s": 1e-9}))
     first = registrar.step(sequence[0])
-    assert (first.state, first.keyframe_id, registrar.attempt) == (State.LOST, None, None)
+    assert (first.state, first.reason, first.keyframe_id, first.compared) == (State.LOST, "TIMEOUT", None, None)
     registrar.configure(CONFIG)
     assert registrar.step(sequence[1]).state is State.STARTED
     registrar.configure(CONFIG.replace({"time_budget_s": 1e-9}))

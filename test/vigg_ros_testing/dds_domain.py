@@ -9,13 +9,9 @@ import functools
 import os
 import tempfile
 from pathlib import Path
-from typing import IO
 
 HIGHEST = 100
 """Domains up to 101 have ports below those that Linux gives out by itself."""
-
-_locks: list[IO[str]] = []
-"""Held until the process ends."""
 
 
 @functools.cache
@@ -28,12 +24,12 @@ def claim_domain() -> int:
     """A ROS_DOMAIN_ID from 1 to 100 that nobody else has claimed, as long as this process runs."""
     for attempt in range(HIGHEST):
         number = 1 + (os.getpid() + attempt) % HIGHEST
-        file = (Path(tempfile.gettempdir()) / f"vigg_ros_domain_{number}.lock").open("w")
+        # A bare descriptor: it is closed with the process, and nothing warns that nobody did it before.
+        lock = os.open(Path(tempfile.gettempdir()) / f"vigg_ros_domain_{number}.lock", os.O_RDWR | os.O_CREAT, 0o666)
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            file.close()
+            os.close(lock)
             continue
-        _locks.append(file)
         return number
     raise RuntimeError(f"{HIGHEST} test processes run on this machine; no ROS_DOMAIN_ID is left")

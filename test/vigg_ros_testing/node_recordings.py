@@ -11,13 +11,10 @@ from pathlib import Path
 
 from rosbags import rosbag2
 
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicRequest, choose_topics
 from vigg_ros.registration.config import Config
-from vigg_ros.report.recording import FrameRecord
-from vigg_ros.report.replay import Replay
-from vigg_ros.report.source import BagSource
 from vigg_ros.tracking.extrinsics import Lookup
+from vigg_ros.tracking.frame_result import FrameResult
+from vigg_ros_testing.pipeline_runs import replay_bag
 from vigg_ros_testing.registrar_process import ROOT
 from vigg_ros_testing.ros_peer import Peer
 
@@ -48,18 +45,9 @@ def moments(bag: Path, topics: dict[str, str], count: int) -> list[Moment]:
     return [list(moment) for moment in zip(*found.values(), strict=True)]
 
 
-def replayed(bag: Path, count: int, config: Config, extrinsics: Lookup | None = None) -> list[FrameRecord]:
+def replayed(bag: Path, count: int, config: Config, lookup: Lookup | None = None) -> list[FrameResult]:
     """What a replay says of the first frames."""
-    with BagReader(bag) as reader:
-        choice = choose_topics(reader.topics, TopicRequest(), encodings=reader.encodings())
-        source = BagSource(reader, choice, config.input)
-        replay = Replay(config, extrinsics=extrinsics)
-        found = []
-        for record in replay.run(source):
-            found.append(record)
-            if len(found) == count:
-                break
-    return found
+    return list(replay_bag(bag, config, frames=count, lookup=lookup).frames)
 
 
 def publish(peer: Peer, moment: Moment) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.quaternion import quaternion_from_rotation
-from vigg_ros.report.recording import FrameRecord
+from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros_testing.ros_peer import stamp_of
 
 
@@ -26,7 +26,7 @@ def vector_of(message: Any) -> NDArray[np.float64]:
     return np.array((p.x, p.y, p.z, q.x, q.y, q.z, q.w))
 
 
-def assert_equal(poses: Sequence[Any], records: Sequence[FrameRecord]) -> None:
+def assert_equal(poses: Sequence[Any], records: Sequence[FrameResult]) -> None:
     """The same frames got the same poses, to the rounding of a quaternion."""
     answered = [record for record in records if record.T_odom_frame is not None]
     assert [stamp_of(pose) for pose in poses] == [record.stamp_ns for record in answered]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Estimates and recordings as a replay leaves them, without the work of a replay."""
+"""Results and recordings as a replay leaves them, without the work of a replay."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vigg_ros.registration.features import assemble
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.options import VisualConfig
 from vigg_ros.registration.visual import detect
-from vigg_ros.report.recording import COLOUR_IMAGES, FrameRecord, Recording
+from vigg_ros.report.recording import LEADING_MESSAGES, Recording
 from vigg_ros.sensors.observation import StampedPose
 from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe
-from vigg_ros.tracking.registrar import Attempt, Estimate, State
 
 START_NS = 1_700_000_000_000_000_000
 FRAME_NS = 100_000_000
@@ -59,43 +59,42 @@ def frame(i=0):
     return made, assemble(made, keypoints, surface, surface, config=Config(), view=made.geometry.view())
 
 
-def attempt(i=0, *, with_keyframe=True):
+def compared(i=0, *, with_keyframe=True):
     keyframe = Keyframe(7, *frame(), UncertainPose.identity()) if with_keyframe else None
-    return Attempt(*frame(i), keyframe)
+    return Comparison(*frame(i), keyframe)
 
 
-def _estimate(i, state, **fields):
-    usual = {
-        "stamp_ns": stamp(i), "state": state, "T_odom_frame": None, "keyframe_id": 7, "outcome": None,
-        "covariance": None, "timings_ms": dict(TIMINGS_MS), "session": 0, "new_keyframe": False,
-    }  # fmt: skip
-    return Estimate(**{**usual, **fields})
+def _result(i, state, **fields):
+    usual = {"stamp_ns": stamp(i), "state": state, "keyframe_id": 7, "timings_ms": dict(TIMINGS_MS), "session": 0}
+    return FrameResult(**{**usual, "frame_id": "camera", **fields})
 
 
 def started(i=0, **fields):
     fields = {"T_odom_frame": pose_at(i), "covariance": np.zeros((6, 6)), "new_keyframe": True, **fields}
-    return _estimate(i, State.STARTED, **fields)
+    return _result(i, State.STARTED, **fields)
 
 
 def tracked(i, *, state=State.TRACKING, **fields):
     """Fields of the evidence may be given too."""
     usual = {"visual_matches": 20, "visual_inliers": 12, "geometric_matches": 200, "geometric_inliers": 90}
-    usual |= {"rmse_m": 0.004, "overlap": 0.8, "consistency": 0.95, "runner_up": 0.0}
+    usual |= {"rmse_m": 0.004, "overlap": 0.8, "consistency": 0.95, "conflict": 0.0, "runner_up": 0.0}
+    usual |= {"photometric_correlation": float("nan")}
+    usual |= {"match_share": 1.0, "surface_pairs": 4000, "motion_sigma_m": 0.001, "motion_sigma_deg": 0.05}
     evidence = Evidence(**{name: fields.pop(name, value) for name, value in usual.items()})
     pixels = seen()[1].pixels[:12]
     inliers = np.hstack((pixels, pixels))
     outcome = Registration(np.eye(4), 1e-6 * np.eye(6), evidence, inliers)
     fields = {"T_odom_frame": pose_at(i), "covariance": 1e-6 * np.eye(6), "outcome": outcome, **fields}
-    return _estimate(i, state, **fields)
+    return _result(i, state, **fields)
 
 
 def lost(i, reason=Reason.CONFLICT, message="40.0% coincides, expected 60.0%", **fields):
-    evidence = Evidence(keypoints=20, visual_matches=20)
-    return _estimate(i, State.LOST, outcome=Rejection(reason, message, evidence), **fields)
+    outcome = Rejection(reason, message, Evidence(keypoints=20, visual_matches=20))
+    return _result(i, State.LOST, reason=reason.value, message=message, outcome=outcome, **fields)
 
 
 def refused(i, code="DEPTH_SIZE", message="depth of another size", *, stamp_ns=None, session=0):
-    return FrameRecord.of_refusal(stamp(i) if stamp_ns is None else stamp_ns, session, code, message)
+    return FrameResult(stamp(i) if stamp_ns is None else stamp_ns, session, State.REFUSED, code, message)
 
 
 def truth(count):
@@ -105,7 +104,6 @@ def truth(count):
     return [StampedPose(stamp(i), "map", "camera", T_map_odom @ pose_at(i)) for i in range(count)]
 
 
-def recording(estimates, *, truth=(), name="walk", refused=(), notes=(), frame_id="camera", leaders=COLOUR_IMAGES):
-    """Of estimates and records of refused inputs."""
-    records = [e if isinstance(e, FrameRecord) else FrameRecord.of_estimate(e) for e in estimates]
-    return Recording(name, records, list(truth), Counter(dict(refused)), list(notes), frame_id, leaders)
+def recording(results, *, truth=(), name="walk", refused=(), notes=(), leaders=LEADING_MESSAGES["image"]):
+    """Of results, those of refused inputs among them."""
+    return Recording(name, list(results), list(truth), Counter(dict(refused)), list(notes), leaders)

@@ -16,8 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 from vigg_ros.cli import replay
 from vigg_ros.cli.main import main
 from vigg_ros.registration.config import Config
-from vigg_ros.report.recording import FrameRecord
-from vigg_ros.tracking.registrar import Attempt, Estimate
+from vigg_ros.tracking.frame_result import FrameResult
 
 ROOM = Path(__file__).parents[2] / "bags" / "room_rgbd"
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -73,9 +72,10 @@ class Watched:
 
     exit_code: int = -1
     output: Path = Path()
-    records: list[FrameRecord] = field(default_factory=list)
-    steps: list[tuple[Estimate, Attempt]] = field(default_factory=list)
-    """What each step of the Registrar compared, and its answer."""
+    records: list[FrameResult] = field(default_factory=list)
+    """As they are kept."""
+    steps: list[FrameResult] = field(default_factory=list)
+    """Those that were registered, with what was compared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +85,9 @@ class _Gallery:
     config: Config
     watched: Watched
 
-    def offer(self, estimate: Estimate, attempt: Attempt) -> None:
-        self.watched.steps.append((estimate, attempt))
+    def offer(self, result: FrameResult) -> None:
+        if result.state.was_registered:
+            self.watched.steps.append(result)
 
 
 def watch_replay(bag: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> Watched:
@@ -94,7 +95,7 @@ def watch_replay(bag: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> Wa
     watched = Watched(output=output)
     write_frames = replay.write_frames
 
-    def keep(records: Sequence[FrameRecord], path: Path) -> None:
+    def keep(records: Sequence[FrameResult], path: Path) -> None:
         watched.records.extend(records)
         write_frames(records, path)
 

@@ -1,21 +1,21 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How two frames agree under a motion: surfaces, free space, matches, looks."""
+"""How two frames agree under a motion: surfaces, free space, matches, and what the images show."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.acceptance.appearance import correlation
+from vigg_ros.acceptance.appearance import Appearance, correlation
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.result import Evidence
 from vigg_ros.registration.rigid import inverse, transform
 from vigg_ros.registration.stages import stage
-from vigg_ros.registration.visibility import Agreement, agreement
 from vigg_ros.registration.visual import Keypoints
 
 TOLERANCE_VOXELS, TOLERANCE_PER_METRE = 2.0, 0.01
@@ -27,6 +27,35 @@ MIN_INCIDENCE = 0.2
 VISUAL_WEIGHT = 0.25
 """Weight of the share of visual matches beside the shares of surface. Wrong cliques of visual matches are
 small where surfaces tell answers apart; on a bare wall only the matches do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """Shares of one cloud's points, by what the other sensor saw in their place."""
+
+    overlap: float
+    """On a surface that the other sensor saw too."""
+    in_front: float
+    """Where the other sensor looked through: free-space conflict."""
+    hidden: float
+    """Behind a surface that the other sensor saw."""
+
+    @property
+    def consistency(self) -> float:
+        """Of the points that the other sensor should have seen, the share that it did see there."""
+        seen = self.overlap + self.in_front + self.hidden
+        return self.overlap / seen if seen > 0 else 0.0
+
+    @property
+    def conflict(self) -> float:
+        """Of the points that lie on a seen surface or in free space, the share in free space."""
+        seen = self.overlap + self.in_front
+        return self.in_front / seen if seen > 0 else 0.0
+
+    @property
+    def balance(self) -> float:
+        """Shares that speak for a motion minus those that speak against it, in [-1, 1]."""
+        return self.overlap - self.in_front - self.hidden
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +103,18 @@ class Candidate:
         """Share of the visual matches that agree plus share of the geometric ones, in [0, 2]."""
         return sum(float(np.mean(mask)) for mask in (self.visual_inliers, self.geometric_inliers) if len(mask))
 
+    def described_by(self, evidence: Evidence) -> Evidence:
+        """The evidence so far, with how the frames agree under this motion."""
+        return replace(
+            evidence,
+            visual_inliers=int(np.count_nonzero(self.visual_inliers)),
+            geometric_inliers=int(np.count_nonzero(self.geometric_inliers)),
+            match_share=self.match_share,
+            overlap=self.agreement.overlap,
+            consistency=self.agreement.consistency,
+            conflict=self.agreement.conflict,
+        )
+
     @property
     def support(self) -> float:
         """Surfaces that coincide less those that contradict, plus some of the share of visual matches that agree."""
@@ -84,6 +125,15 @@ class Candidate:
 def inliers_of(matches: Matches, T_target_source: NDArray[np.float64], config: Config) -> NDArray[np.bool_]:
     """Which matches (M,) lie within the threshold under a motion."""
     return matches.distances(T_target_source) < config.cliques.inlier_threshold_m
+
+
+def agreement(behind_m: NDArray[np.float64], tolerance_m: NDArray[np.float64]) -> Agreement:
+    """Count the points (N,) by their place relative to the seen surface; NaN counts for nothing."""
+    if len(behind_m) == 0:
+        return Agreement(0.0, 0.0, 0.0)
+    with np.errstate(invalid="ignore"):
+        on_it, in_front, hidden = np.abs(behind_m) <= tolerance_m, behind_m < -tolerance_m, behind_m > tolerance_m
+    return Agreement(float(np.mean(on_it)), float(np.mean(in_front)), float(np.mean(hidden)))
 
 
 @stage("verification")
@@ -139,7 +189,7 @@ def _see(viewer: Features, other: Features, T_viewer_other: NDArray[np.float64],
 
 
 @stage("verification")
-def likeness(pair: Pair, T_target_source: NDArray[np.float64]) -> float:
+def photometric_correlation(pair: Pair, T_target_source: NDArray[np.float64]) -> float:
     """How alike both images show the surfaces that coincide under a motion; see ``appearance.correlation``."""
     seen = []
     for viewer, other, T in (
@@ -149,6 +199,7 @@ def likeness(pair: Pair, T_target_source: NDArray[np.float64]) -> float:
         with np.errstate(invalid="ignore"):
             on_it = np.abs(sight.behind_m) <= sight.tolerance_m
         own = other.patches.points[sight.row[on_it]].astype(np.float64)
-        seen.append((viewer.appearance.at(sight.points[on_it]), other.appearance.at(own)))
+        viewed, shown = Appearance.of(viewer.frame), Appearance.of(other.frame)
+        seen.append((viewed.at(sight.points[on_it]), shown.at(own)))
     (in_target, of_source), (in_source, of_target) = seen
     return correlation(np.concatenate((in_target, of_target)), np.concatenate((of_source, in_source)))

@@ -20,13 +20,13 @@ from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.rigid import transform
 
-LONG_SIDE = 80
+REDUCED_SIDE_PX = 80
 """Pixels of the small image: what blur and a motion error of a voxel hardly change."""
 
-MIN_COMMON = 30
+MIN_COMMON_PLACES = 30
 """Places that both images must show before they are compared."""
 
-MIN_CONTRAST = 4.0
+MIN_CONTRAST_GREY = 4.0
 """Standard deviation in grey levels below which an image shows nothing that could be recognised."""
 
 
@@ -44,7 +44,7 @@ class Appearance:
     def of(cls, frame: Frame) -> Appearance:
         """Each pixel is the mean of those that it stands for."""
         height, width = frame.image.shape[:2]
-        scale = min(1.0, LONG_SIDE / max(height, width))
+        scale = min(1.0, REDUCED_SIDE_PX / max(height, width))
         size = max(round(scale * width), 1), max(round(scale * height), 1)
         small = cv2.resize(frame.image, size, interpolation=cv2.INTER_AREA).astype(np.float32)
         return cls(small.reshape(size[1], size[0], -1), frame.camera, frame.geometry.T_camera_points)
@@ -65,16 +65,16 @@ def correlation(first: NDArray[np.float32], second: NDArray[np.float32]) -> floa
     """How alike two images show N places, colours (N, C) each: the mean correlation of the channels in [-1, 1].
 
     It ignores gain and offset, and channels in which one of the images shows nothing. NaN where fewer than
-    MIN_COMMON places are seen by both, or nothing is to be seen.
+    MIN_COMMON_PLACES places are seen by both, or nothing is to be seen.
     """
     if first.shape[1] != second.shape[1]:
         first, second = (colours.mean(axis=1, keepdims=True) for colours in (first, second))
     both = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)
-    if np.count_nonzero(both) < MIN_COMMON:
+    if np.count_nonzero(both) < MIN_COMMON_PLACES:
         return math.nan
     x, y = (colours[both].astype(np.float64) - colours[both].mean(axis=0) for colours in (first, second))
     spread = x.std(axis=0), y.std(axis=0)
-    shown = np.minimum(*spread) >= MIN_CONTRAST
+    shown = np.minimum(*spread) >= MIN_CONTRAST_GREY
     if not shown.any():
         return math.nan
     return float(np.mean((x * y).mean(axis=0)[shown] / (spread[0] * spread[1])[shown]))

@@ -1,207 +1,278 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Verification beyond the paper: an answer must be supported by evidence that did not produce it."""
+"""Why an answer is refused: the one list of checks. Everything that tells of refusals is made from it.
+
+``vigg.register`` gives the first objection as the Rejection, the report ranks answered frames by the smallest margin,
+frames.csv and ~/status have a column for what each check measures, and docs/method.md has the table.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Generic, Literal, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from vigg_ros.acceptance.agreement import Candidate, Pair, assess, inliers_of, likeness
-from vigg_ros.acceptance.repetition import repeated_motion
-from vigg_ros.registration.cliques import Hypotheses, differ
+from vigg_ros.acceptance.limits import (
+    MAX_CONFLICT,
+    MAX_ROTATION_SIGMA,
+    MAX_RUNNER_UP,
+    MIN_KEYPOINTS,
+    MIN_MATCH_SHARE,
+    MIN_MATCH_SHARE_PER_OVERLAP,
+    MIN_PATCHES,
+    MIN_PHOTOMETRIC_CORRELATION,
+    MIN_SURFACE_PAIRS,
+    Limit,
+)
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
-from vigg_ros.registration.matches import Matches
-from vigg_ros.registration.refinement import Fit
-from vigg_ros.registration.result import Evidence, Reason, Registration, Rejection
+from vigg_ros.registration.result import Evidence, Reason
 
-MIN_KEYPOINTS = 8
-MIN_PATCHES = 50
-"""Below these a frame is not worth a search: the needed inliers could hardly be found."""
+_Subject = TypeVar("_Subject")
+Objection = tuple[Reason, str]
 
-MIN_MATCH_SHARE, SHARE_PER_OVERLAP = 0.025, 0.08
-"""Share of the matches that must agree: at least, and for each share of surface that coincides. By chance 0.02 do,
-where floors and walls of one place are laid on those of another; right answers show 0.03 or more, 0.15 per overlap."""
 
-MIN_PAIRS = 100
-"""Points of the surfaces that must pair up in the refinement, or there was nothing to refine with."""
+@dataclass(frozen=True, slots=True)
+class Check(Generic[_Subject]):
+    """One rule: what is measured must lie on this side of the limit."""
 
-MAX_CONFLICT = 0.2
-"""Share of free space in what is seen from which an answer is wrong. Right ones show 1 to 9 % from desks to streets
-20 m apart, wrong ones along a street 30 to 50 %; what is hidden from far apart says nothing about either."""
+    reason: Reason
+    measured: str
+    """Its name; for evidence that of the field and of the column in frames.csv."""
+    measure: Callable[[_Subject], float]
+    bound: Literal["at least", "at most", "below"]
+    limit: Callable[[_Subject, Config], float]
+    limit_text: str
+    """Where the limit is set, for the table in the docs: an option, or a name in ``limits``."""
+    sentence: str
+    """What was found and what was expected; a format of {value}, {limit} and {of}, the subject."""
+    best: float = math.nan
+    """The value beyond which nothing is better, where there is one; for the margin."""
+    nan_passes: bool = False
+    """Whether an unknown value is no objection."""
+    supports: bool = False
+    """Whether a hypothesis must pass it to count as supported, so that lesser ones need not be followed."""
+    basic: bool = False
+    """Whether it holds for the paper's method too, which answers whenever a motion is determined."""
 
-MIN_LIKENESS = 0.3
-"""Correlation of the images on the coinciding surface, asked of answers that visual matches do not carry. Right
-ones show 0.34 or more from blurred images 7 s apart, one corner of a room laid on another about 0."""
+    def passes(self, subject: _Subject, config: Config) -> bool:
+        """Whether there is no objection."""
+        value, limit = self.measure(subject), self.limit(subject, config)
+        if math.isnan(value):
+            return self.nan_passes
+        return {"at least": value >= limit, "at most": value <= limit, "below": value < limit}[self.bound]
 
-RIVAL_SURFACE, RIVAL_MATCHES = 0.75, 0.6
-"""Shares of the best answer's surface balance and of its matches from which another one rivals it."""
+    def objection(self, subject: _Subject, config: Config) -> Objection | None:
+        """The reason and a sentence; None if it passes."""
+        if self.passes(subject, config):
+            return None
+        value, limit = self.measure(subject), self.limit(subject, config)
+        return self.reason, self.sentence.format(value=value, limit=limit, of=subject)
 
-CLEAR_INLIERS, CLEAR_SHARE = 20, 0.15
-"""Visual matches, and their share, that speak for an answer on their own. Wrong cliques hold up to about a
-tenth of the matches where texture repeats; then the surfaces contradict them as well."""
+    def margin(self, subject: _Subject, config: Config) -> float:
+        """How far from an objection, in [0, 1]: 0 at the limit, 1 at the best value, or infinitely far from it."""
+        value, limit = self.measure(subject), self.limit(subject, config)
+        if math.isnan(value) or math.isinf(limit):
+            return 1.0
+        if self.bound != "at least":
+            beyond = 1 - value / limit if limit > 0 else float(value <= limit)
+        elif math.isnan(self.best):
+            beyond = 1 - limit / value if value > 0 else 0.0
+        else:
+            beyond = (value - limit) / max(self.best - limit, 1e-9)
+        return min(max(beyond, 0.0), 1.0)
 
-MAX_RIVALS = 3
-"""Rivals refined to the end; many of them are the same answer, not yet converged."""
 
-def find_lack(target: Features, source: Features) -> tuple[Reason, str] | None:
+def _constant(limit: Limit) -> Callable[[object, Config], float]:
+    return lambda subject, config: limit.value
+
+
+FRAME_CHECKS: tuple[Check[Features], ...] = (
+    Check(
+        Reason.NO_TEXTURE, "keypoints", lambda features: features.searched_keypoints(int(MIN_KEYPOINTS.value)).detected,
+        "at least", _constant(MIN_KEYPOINTS), "MIN_KEYPOINTS",
+        "'s image has {value} keypoints, expected at least {limit}",
+    ),
+    Check(
+        Reason.NO_DEPTH, "patches", lambda features: len(features.patches),
+        "at least", _constant(MIN_PATCHES), "MIN_PATCHES",
+        " has {value} patches of surface, expected at least {limit}",
+    ),
+    Check(
+        Reason.NO_TEXTURE, "keypoints with depth",
+        lambda features: len(features.searched_keypoints(int(MIN_KEYPOINTS.value))),
+        "at least", _constant(MIN_KEYPOINTS), "MIN_KEYPOINTS",
+        " has {value} keypoints with depth, expected at least {limit}",
+    ),
+)  # fmt: skip
+"""Asked of each of the two frames before anything is searched."""
+
+SEARCH_CHECKS: tuple[Check[Evidence], ...] = (
+    Check(
+        Reason.TOO_FEW_MATCHES, "candidates", lambda e: e.candidates, "at least", lambda e, config: 1, "by definition",
+        "no three of {of.visual_matches} visual and {of.geometric_matches} geometric matches fit one motion",
+        basic=True,
+    ),
+)  # fmt: skip
+"""Asked once hypotheses were searched for and followed."""
+
+ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
+    Check(
+        Reason.NOT_FINITE, "motion_sigma_m", lambda e: e.motion_sigma_m, "at most", lambda e, config: math.inf,
+        "by definition", "the fit is not finite", basic=True,
+    ),
+    Check(
+        Reason.DEGENERATE, "motion_sigma_m", lambda e: e.motion_sigma_m,
+        "at most", lambda e, config: config.cliques.inlier_threshold_m, "cliques.inlier_threshold_m",
+        "the motion is known to {of.motion_sigma_m:.3g} m and {of.motion_sigma_deg:.3g} deg, expected {limit} m and "
+        f"{MAX_ROTATION_SIGMA.value:g} deg",
+        basic=True,
+    ),
+    Check(
+        Reason.DEGENERATE, "motion_sigma_deg", lambda e: e.motion_sigma_deg,
+        "at most", _constant(MAX_ROTATION_SIGMA), "MAX_ROTATION_SIGMA",
+        "the rotation is known to {value:.3g} deg, expected {limit:g} deg", basic=True,
+    ),
+    Check(
+        Reason.TOO_FEW_INLIERS, "inliers", lambda e: e.inliers,
+        "at least", lambda e, config: config.verification.min_inliers, "verification.min_inliers",
+        "{value} matches agree, expected at least {limit}", supports=True,
+    ),
+    Check(
+        Reason.TOO_FEW_INLIERS, "match_share", lambda e: e.match_share,
+        "at least", lambda e, config: max(MIN_MATCH_SHARE.value, MIN_MATCH_SHARE_PER_OVERLAP.value * e.overlap),
+        "MIN_MATCH_SHARE, MIN_MATCH_SHARE_PER_OVERLAP",
+        "{of.overlap:.1%} of the surface coincides, but only {of.inliers} matches agree: "
+        "floor and walls alone fit in more than one way", supports=True,
+    ),
+    Check(
+        Reason.LOW_OVERLAP, "surface_pairs", lambda e: e.surface_pairs,
+        "at least", _constant(MIN_SURFACE_PAIRS), "MIN_SURFACE_PAIRS",
+        "{value} points of the surfaces pair up, expected at least {limit}",
+    ),
+    Check(
+        Reason.LOW_OVERLAP, "overlap", lambda e: e.overlap,
+        "at least", lambda e, config: config.verification.min_overlap, "verification.min_overlap",
+        "{value:.1%} of the surface coincides, expected {limit:.1%}", best=1.0, supports=True,
+    ),
+    Check(
+        Reason.CONFLICT, "consistency", lambda e: e.consistency,
+        "at least", lambda e, config: config.verification.min_consistency, "verification.min_consistency",
+        "{value:.1%} of the surface that both should see coincides, expected {limit:.1%}", best=1.0, supports=True,
+    ),
+    Check(
+        Reason.CONFLICT, "conflict", lambda e: e.conflict, "at most", _constant(MAX_CONFLICT), "MAX_CONFLICT",
+        "{value:.1%} of the surface lies where the other frame saw through, expected at most {limit:.0%}",
+        supports=True,
+    ),
+    Check(
+        Reason.CONFLICT, "photometric_correlation", lambda e: e.photometric_correlation,
+        "at least", _constant(MIN_PHOTOMETRIC_CORRELATION), "MIN_PHOTOMETRIC_CORRELATION",
+        "the images show the coinciding surface with a correlation of {value:.2f}, expected {limit:g}: "
+        "shapes alone fit in more than one way", best=1.0, nan_passes=True,
+    ),
+    Check(
+        Reason.AMBIGUOUS, "runner_up", lambda e: e.runner_up, "below", _constant(MAX_RUNNER_UP), "MAX_RUNNER_UP",
+        "a different motion explains surfaces and matches nearly as well",
+    ),
+    Check(
+        Reason.AMBIGUOUS, "repeated_shift_m", lambda e: e.repeated_shift_m,
+        "at most", lambda e, config: 0.0, "by definition",
+        "the texture repeats: a motion that differs by {value:.2g} m is shown as well", nan_passes=True,
+    ),
+)  # fmt: skip
+"""Asked of an answer."""
+
+CHECKS: tuple[Check[Any], ...] = (*FRAME_CHECKS, *SEARCH_CHECKS, *ANSWER_CHECKS)
+"""All of them, in the order in which they are asked; the first objection is the reason that is given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """A reason in words, for people."""
+
+    meaning: str
+    remedy: str
+
+
+EXPLANATIONS: dict[Reason, Explanation] = {
+    Reason.NO_TEXTURE: Explanation(
+        "Too few distinct spots in the image that have depth: a bare wall, darkness or blur.",
+        "add light, shorten the exposure, or let the camera see more of the scene",
+    ),
+    Reason.NO_DEPTH: Explanation(
+        "Too few 3-D points: is depth missing, out of range, in another unit, or a scan outside the image?",
+        "check the depth camera or scanner, its range, depth_scale and geometric.max_range_m",
+    ),
+    Reason.TOO_FEW_MATCHES: Explanation(
+        "The frame has too little in common with the keyframes it was compared with.",
+        "move more slowly, or come back to a place that was seen before",
+    ),
+    Reason.TOO_FEW_INLIERS: Explanation(
+        "Too few matches agree with the best motion that was found.",
+        "move more slowly, or come back to a place that was seen before",
+    ),
+    Reason.DEGENERATE: Explanation(
+        "What both frames see leaves a direction of motion open, as along a bare corridor.",
+        "let the sensor see corners, furniture or texture, not one flat surface",
+    ),
+    Reason.LOW_OVERLAP: Explanation(
+        "Too little of the surfaces coincides: the view changed too much, or the motion is wrong.",
+        "move more slowly, or lower keyframes.max_translation_m and keyframes.max_rotation_deg",
+    ),
+    Reason.CONFLICT: Explanation(
+        "Surfaces lie where the other frame saw none: things moved, or the motion is wrong.",
+        "keep moving things and the robot's own body out of the view; check calibration and depth_scale",
+    ),
+    Reason.AMBIGUOUS: Explanation(
+        "Another motion explains the frames nearly as well, as where shapes and textures repeat.",
+        "let the sensor see something that occurs once",
+    ),
+    Reason.TIMEOUT: Explanation(
+        "The time budget was used up before there was an answer.",
+        "raise time_budget_s (0 for none), or lower geometric.sample_k and visual.max_keypoints",
+    ),
+    Reason.NOT_FINITE: Explanation(
+        "The numbers ran out of bounds.", "please report this with the two frames"
+    ),
+}
+
+
+def frame_objection(target: Features, source: Features, config: Config) -> Objection | None:
     """Why one of the frames cannot be registered at all, if so."""
     for name, features in (("target", target), ("source", source)):
-        keypoints, patches = features.keypoints, features.patches
-        if len(keypoints) < MIN_KEYPOINTS:
-            keypoints = features.fine_keypoints
-        if keypoints.detected < MIN_KEYPOINTS:
-            found = f"the {name}'s image has {keypoints.detected} keypoints"
-            return Reason.NO_TEXTURE, f"{found}, expected at least {MIN_KEYPOINTS}"
-        if len(patches) < MIN_PATCHES:
-            found = f"the {name} has {len(patches)} patches of surface"
-            return Reason.NO_DEPTH, f"{found}, expected at least {MIN_PATCHES}"
-        if len(keypoints) < MIN_KEYPOINTS:
-            found = f"the {name} has {len(keypoints)} keypoints with depth"
-            return Reason.NO_TEXTURE, f"{found}, expected at least {MIN_KEYPOINTS}"
+        for check in FRAME_CHECKS:
+            objection = check.objection(features, config)
+            if objection is not None:
+                return objection[0], f"the {name}{objection[1]}"
     return None
 
 
-def contenders(candidates: list[Candidate], config: Config) -> list[Candidate]:
-    """The best supported candidate, and the different ones that rival it, best first, MAX_RIVALS at most."""
-    ranked = sorted(candidates, key=lambda candidate: -candidate.support)
-    rivals = [c for c in ranked[1:] if rivalry(c, ranked[0], config) >= 1.0]
-    return [ranked[0], *rivals[:MAX_RIVALS]]
+def search_objection(evidence: Evidence, config: Config) -> Objection | None:
+    """Why there is nothing that could be an answer, if so."""
+    return _first_objection(SEARCH_CHECKS, evidence, config)
 
 
-def rivalry(other: Candidate, best: Candidate, config: Config) -> float:
-    """How near another answer comes to the best one; from 1 on nothing decides between them.
-
-    A rival must be different, and explain both the surfaces and the matches nearly as well.
-    """
-    if not differ(other.T_target_source, best.T_target_source, config.cliques.inlier_threshold_m):
-        return 0.0
-    surface = other.agreement.balance / max(best.agreement.balance, 1e-9) / RIVAL_SURFACE
-    matches = other.inliers / max(best.inliers, 1) / RIVAL_MATCHES
-    return max(0.0, min(surface, matches))
+def answer_objection(evidence: Evidence, config: Config) -> Objection | None:
+    """The first reason against an answer with this evidence; only basic ones where verification is off."""
+    return _first_objection(_asked(config), evidence, config)
 
 
-def is_supported(candidate: Candidate, config: Config) -> bool:
-    """Whether surfaces and matches speak for a candidate as much as is asked of an answer."""
-    wanted = config.verification
-    return (
-        candidate.inliers >= wanted.min_inliers
-        and candidate.match_share >= _share_asked(candidate)
-        and candidate.agreement.overlap >= wanted.min_overlap
-        and candidate.agreement.consistency >= wanted.min_consistency
-        and candidate.agreement.conflict <= MAX_CONFLICT
-    )
+def answer_margin(evidence: Evidence, config: Config) -> float:
+    """How far an answer is from refusal by the nearest of its checks, in [0, 1]."""
+    return min(check.margin(evidence, config) for check in _asked(config))
 
 
-def is_clear(few: Hypotheses, visual: Matches, config: Config) -> bool:
-    """Whether visual matches alone leave no doubt: many agree with the best of the distinct hypotheses, and
-    no other one comes near it."""
-    if len(few) == 0 or (len(few) > 1 and few.score[1] >= RIVAL_MATCHES * few.score[0]):
-        return False
-    return carries(int(np.count_nonzero(inliers_of(visual, few.T_target_source[0], config))), len(visual))
+def is_supported(evidence: Evidence, config: Config) -> bool:
+    """Whether surfaces and matches speak for a hypothesis as much as is asked of an answer."""
+    return all(check.passes(evidence, config) for check in ANSWER_CHECKS if check.supports)
 
 
-def carries(inliers: int, matches: int) -> bool:
-    """Whether so many of the visual matches speak for an answer on their own."""
-    return inliers >= max(CLEAR_INLIERS, CLEAR_SHARE * matches)
+def _first_objection(checks: Iterable[Check[Evidence]], evidence: Evidence, config: Config) -> Objection | None:
+    found = (check.objection(evidence, config) for check in checks)
+    return next((objection for objection in found if objection is not None), None)
 
 
-def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rejection:
-    """The best supported fit as the answer, or the first reason against it."""
-    candidates = [assess(pair, fit.T_target_source) for fit in fits]
-    best = max(range(len(fits)), key=lambda i: candidates[i].support)
-    candidate, fit = candidates[best], fits[best]
-    evidence = replace(
-        evidence,
-        visual_inliers=int(np.count_nonzero(candidate.visual_inliers)),
-        geometric_inliers=int(np.count_nonzero(candidate.geometric_inliers)),
-        rmse_m=fit.rms_m,
-        overlap=candidate.agreement.overlap,
-        consistency=candidate.agreement.consistency,
-        conflict=candidate.agreement.conflict,
-        likeness=_likeness_in_doubt(pair, candidate),
-        runner_up=max(rivalry(other, candidate, pair.config) for other in candidates),
-    )
-    objection = _objection(fit, candidate, evidence, pair.config) or _repetition(pair, candidate)
-    if objection is not None:
-        return Rejection(*objection, evidence)
-    pixels = pair.pixels(pair.visual.select(candidate.visual_inliers))
-    return Registration(fit.T_target_source, fit.covariance, evidence, pixels)
-
-
-def _likeness_in_doubt(pair: Pair, candidate: Candidate) -> float:
-    """The likeness where visual matches do not speak for the answer on their own, else NaN."""
-    if carries(int(np.count_nonzero(candidate.visual_inliers)), len(candidate.visual_inliers)):
-        return math.nan
-    return likeness(pair, candidate.T_target_source)
-
-
-def _share_asked(candidate: Candidate) -> float:
-    return max(MIN_MATCH_SHARE, SHARE_PER_OVERLAP * candidate.agreement.overlap)
-
-
-def _objection(fit: Fit, candidate: Candidate, evidence: Evidence, config: Config) -> tuple[Reason, str] | None:
-    wanted = config.verification
-    if not np.isfinite(fit.T_target_source).all():
-        return Reason.NOT_FINITE, "the fit is not finite"
-    free = _free_direction(fit.covariance, config.cliques.inlier_threshold_m)
-    if free:
-        return Reason.DEGENERATE, free
-    if not wanted.enabled:
-        return None
-    if candidate.inliers < wanted.min_inliers:
-        return Reason.TOO_FEW_INLIERS, f"{candidate.inliers} matches agree, expected at least {wanted.min_inliers}"
-    if candidate.match_share < _share_asked(candidate):
-        return Reason.TOO_FEW_INLIERS, (
-            f"{evidence.overlap:.1%} of the surface coincides, but only {candidate.inliers} matches agree: "
-            "floor and walls alone fit in more than one way"
-        )
-    if fit.pairs < MIN_PAIRS:
-        return Reason.LOW_OVERLAP, f"{fit.pairs} points of the surfaces pair up, expected at least {MIN_PAIRS}"
-    if evidence.overlap < wanted.min_overlap:
-        return Reason.LOW_OVERLAP, f"{evidence.overlap:.1%} of the surface coincides, expected {wanted.min_overlap:.1%}"
-    if evidence.consistency < wanted.min_consistency:
-        return Reason.CONFLICT, (
-            f"{evidence.consistency:.1%} of the surface that both should see coincides, "
-            f"expected {wanted.min_consistency:.1%}"
-        )
-    if candidate.agreement.conflict > MAX_CONFLICT:
-        return Reason.CONFLICT, (
-            f"{candidate.agreement.conflict:.1%} of the surface lies where the other frame saw through, "
-            f"expected at most {MAX_CONFLICT:.0%}"
-        )
-    if evidence.likeness < MIN_LIKENESS:  # which NaN is not
-        return Reason.CONFLICT, (
-            f"the images show the coinciding surface with a correlation of {evidence.likeness:.2f}, "
-            f"expected {MIN_LIKENESS:g}: shapes alone fit in more than one way"
-        )
-    if evidence.runner_up >= 1.0:
-        return Reason.AMBIGUOUS, "a different motion explains surfaces and matches nearly as well"
-    return None
-
-
-def _repetition(pair: Pair, candidate: Candidate) -> tuple[Reason, str] | None:
-    """Whether a repeating texture shows another motion, which the surfaces do not contradict."""
-    if not pair.config.verification.enabled:
-        return None
-    T_repeated = repeated_motion(pair, candidate.T_target_source)
-    if T_repeated is None:
-        return None
-    rival = assess(pair, T_repeated).agreement
-    if rival.consistency < pair.config.verification.min_consistency or rival.conflict > MAX_CONFLICT:
-        return None  # the surfaces know better
-    period_m = float(np.linalg.norm(T_repeated[:3, 3] - candidate.T_target_source[:3, 3]))
-    return Reason.AMBIGUOUS, f"the texture repeats: a motion that differs by {period_m:.2g} m is shown as well"
-
-
-def _free_direction(covariance: NDArray[np.float64], threshold_m: float) -> str:
-    """In words, a direction that the data leaves free; empty if there is none."""
-    deviation_m = float(np.sqrt(np.diag(covariance)[:3].max()))
-    deviation_deg = float(np.rad2deg(np.sqrt(np.diag(covariance)[3:].max())))
-    if deviation_m <= threshold_m and deviation_deg <= 5.0:
-        return ""
-    return f"the motion is known to {deviation_m:.3g} m and {deviation_deg:.3g} deg, expected {threshold_m} m and 5 deg"
+def _asked(config: Config) -> Iterable[Check[Evidence]]:
+    return (check for check in ANSWER_CHECKS if check.basic or config.verification.enabled)

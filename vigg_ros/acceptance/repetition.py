@@ -18,24 +18,24 @@ from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.stages import stage
 from vigg_ros.registration.visual import closeness
 
-MAX_COPIES = 60
+MAX_REPEATED_COUNTERPARTS = 60
 """Counterparts of a keypoint beyond which it is like everything, and tells nothing about a period."""
 
-CELLS = 2**16
+HALF_GRID_CELLS = 2**16
 """Cells of one threshold on either side of 0, per axis; vectors are counted in them."""
 
-SAME = 0.05
+SAME_DESCRIPTOR_DISTANCE = 0.05
 """Squared distance of unit descriptors up to which two show the same thing. Copies on a print differ by less, since the
 pixels cut them differently; the best counterpart is then the one that is cut alike, and alone passes the ratio test."""
 
-MIN_REPEATED = 30
+MIN_REPEATED_KEYPOINTS = 30
 """Keypoints whose copies lie at the same distance and direction, below which no texture repeats."""
 
 MIN_REPEATED_SHARE = 0.4
-"""Share of the keypoints that fit the answer which must fit the shifted one as well, to be a rival of it: a quarter
+"""Share of the keypoints that fit the answer which must fit the shifted one as well, to compete with it: a quarter
 or more are shifted out of sight. In a furnished room up to 0.15 do."""
 
-MIN_OVER_CHANCE = 2.0
+MIN_RATIO_OVER_CHANCE = 2.0
 """How many times more keypoints must fit after a shift by a period than by half of it. Where thousands of keypoints
 look much alike, a shift by anything fits some."""
 
@@ -47,13 +47,13 @@ def repeated_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray
     Only shifts are looked for: prints, tiles, shelves and windows repeat along lines. Surfaces are not asked.
     """
     target, source = pair.keypoints
-    if len(target) < 2 or len(source) < MIN_REPEATED:
+    if len(target) < 2 or len(source) < MIN_REPEATED_KEYPOINTS:
         return None
     threshold_m = pair.config.cliques.inlier_threshold_m
     cosine = closeness(target.descriptors, source.descriptors)
     # As like a keypoint as its best counterpart, by the ratio test on squared distances 2 - 2 cosine, or the same.
     best = (1.0 - cosine.max(axis=1, keepdims=True)) / np.float32(pair.config.visual.ratio)
-    like = 1.0 - cosine <= np.maximum(best, np.float32(SAME / 2))
+    like = 1.0 - cosine <= np.maximum(best, np.float32(SAME_DESCRIPTOR_DISTANCE / 2))
     period = _period(like, cosine.argmax(axis=1), target.points, threshold_m)
     if period is None:
         return None
@@ -63,7 +63,7 @@ def repeated_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray
         as_well, by_chance = (
             np.count_nonzero(_fits(moved + share * shift, target.points, like, threshold_m)) for share in (1.0, 0.5)
         )
-        if as_well >= max(MIN_REPEATED, MIN_REPEATED_SHARE * fitting, MIN_OVER_CHANCE * by_chance):
+        if as_well >= max(MIN_REPEATED_KEYPOINTS, MIN_REPEATED_SHARE * fitting, MIN_RATIO_OVER_CHANCE * by_chance):
             shifted = T_target_source.copy()
             shifted[:3, 3] += shift
             return shifted
@@ -77,17 +77,18 @@ def _period(
 
     like: (K, L); best: (K,) columns; places: (L, 3), metres.
     """
-    row, column = np.nonzero(like & (np.count_nonzero(like, axis=1) <= MAX_COPIES)[:, None])
+    row, column = np.nonzero(like & (np.count_nonzero(like, axis=1) <= MAX_REPEATED_COUNTERPARTS)[:, None])
     between = places[column] - places[best[row]]
     between = between[np.linalg.norm(between, axis=1) > DISTINCT_THRESHOLDS * threshold_m]
-    if len(between) < MIN_REPEATED:
+    if len(between) < MIN_REPEATED_KEYPOINTS:
         return None
     # Both directions of a period count for it.
     between[between[:, np.abs(between).max(axis=0).argmax()] < 0] *= -1
-    cell = np.clip(np.floor(between / threshold_m).astype(np.int64), -CELLS, CELLS - 1) + CELLS
-    key = (cell[:, 0] * (2 * CELLS) + cell[:, 1]) * (2 * CELLS) + cell[:, 2]
+    half = HALF_GRID_CELLS
+    cell = np.clip(np.floor(between / threshold_m).astype(np.int64), -half, half - 1) + half
+    key = (cell[:, 0] * (2 * half) + cell[:, 1]) * (2 * half) + cell[:, 2]
     _, place, counts = np.unique(key, return_inverse=True, return_counts=True)
-    if counts.max() < MIN_REPEATED:
+    if counts.max() < MIN_REPEATED_KEYPOINTS:
         return None
     return np.asarray(between[place == counts.argmax()].mean(axis=0))
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes rosbag2 bags of messages as ``messages.encode`` makes them."""
+"""Writes rosbag2 bags of messages as the encoders of ``messages`` make them."""
 
 from __future__ import annotations
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vigg_ros.acceptance.agreement import Candidate, Pair, assess
-from vigg_ros.acceptance.checks import contenders, find_lack, judge
+from vigg_ros.acceptance.checks import frame_objection
+from vigg_ros.acceptance.ranking import best_and_competitors, judge
 from vigg_ros.bench.frame_cache import timed_stages
 from vigg_ros.bench.methods import Answer, Method, Task
 from vigg_ros.bench.pairs import Wanted
@@ -141,9 +142,9 @@ def register_varied(
     """The whole of ``register`` on the features of target and source, with stages exchanged."""
     target, source = features
     evidence = Evidence()
-    lack = find_lack(target, source)
-    if lack:
-        return Rejection(*lack, evidence)
+    objection = frame_objection(target, source, config)
+    if objection:
+        return Rejection(*objection, evidence)
     visual = match_visual(target.fine_keypoints, source.fine_keypoints, config.visual)
     visual = with_noise(visual, variation.noise_m, seed=_seed(wanted, config))
     geometric = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)
@@ -164,7 +165,8 @@ def _align_varied(pair: Pair, variation: Variation, wanted: Wanted) -> Outcome:
         candidates = _follow_otherwise(pair, hypotheses, variation.guide)
     if not candidates:
         return Rejection(Reason.TOO_FEW_MATCHES, "no clique is left", Evidence())
-    return judge(pair, polish(pair, [c.T_target_source for c in contenders(candidates, pair.config)]), Evidence())
+    best = best_and_competitors(candidates, pair.config)
+    return judge(pair, polish(pair, [candidate.T_target_source for candidate in best]), Evidence())
 
 
 def _follow_otherwise(pair: Pair, hypotheses: Hypotheses, guide: str) -> list[Candidate]:

@@ -14,15 +14,15 @@ from pathlib import Path
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.rhythm import Rhythm
 from vigg_ros.bags.topics import TopicChoice, TopicRequest
-from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
-from vigg_ros.cli.console import ExitCode, table
-from vigg_ros.cli.replay import (
-    TOPICS,
+from vigg_ros.cli.bag_input import (
+    TOPIC_ROLES,
     add_extrinsics_argument,
     add_topic_arguments,
     find_extrinsics,
     requested_topics,
 )
+from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
+from vigg_ros.cli.console import ExitCode, table
 from vigg_ros.registration.config import Config
 from vigg_ros.report.diagnosis import Diagnosis, Question, diagnose
 from vigg_ros.report.findings import Finding
@@ -140,7 +140,7 @@ def replay_command(arguments: Namespace, request: TopicRequest) -> str:
     words += [] if arguments.config is None else ["--config", arguments.config]
     words += [word for assignment in arguments.set for word in ("--set", assignment)]
     words += [] if arguments.extrinsics is None else ["--extrinsics", *map(str, arguments.extrinsics)]
-    for name in TOPICS:
+    for name in TOPIC_ROLES:
         topic = getattr(request, name)
         words += [] if topic is None else [f"--{name.replace('_', '-')}-topic", topic]
     return shlex.join(words)

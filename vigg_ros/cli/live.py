@@ -13,17 +13,17 @@ from tempfile import TemporaryDirectory
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
-from vigg_ros.cli.config_arguments import add_config_arguments, load_config
-from vigg_ros.cli.console import ExitCode, interruptible
-from vigg_ros.cli.node_command import NodeArguments, needs_ros, node_arguments, shown
-from vigg_ros.cli.play import MAX_LATE_S, add_playing_arguments, make_plan
-from vigg_ros.cli.replay import (
+from vigg_ros.cli.bag_input import (
     add_extrinsics_argument,
     add_topic_arguments,
     find_extrinsics,
     read_truth,
     requested_topics,
 )
+from vigg_ros.cli.config_arguments import add_config_arguments, load_config
+from vigg_ros.cli.console import ExitCode, interruptible
+from vigg_ros.cli.node_command import NodeArguments, needs_ros, node_arguments, shown
+from vigg_ros.cli.play import MAX_LATE_S, add_playing_arguments, make_plan
 from vigg_ros.registration.errors import DataError
 from vigg_ros.report.ground_truth import true_trajectory
 from vigg_ros.report.samples import find_preset

@@ -18,8 +18,8 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.cli.console import UsageError
 from vigg_ros.registration.quaternion import quaternion_from_rotation
+from vigg_ros.report.bag_messages import read_extrinsics
 from vigg_ros.report.samples import find_preset
-from vigg_ros.report.source import read_extrinsics
 from vigg_ros.tracking.extrinsics import Lookup
 
 _PEEKED_MESSAGES = 10

@@ -13,16 +13,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.cli.bag_input import add_extrinsics_argument, given_extrinsics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config
 from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, table
-from vigg_ros.cli.replay import add_extrinsics_argument, given_extrinsics
 from vigg_ros.pictures import BODY, OPTICAL, draw_aligned, draw_matches
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.result import Evidence, Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
-from vigg_ros.report.gallery import Look, lines_of_matches
+from vigg_ros.report.gallery import FramePicture, lines_of_matches
 
 NO_ANSWER = 1
 """Exit code for frames that could not be registered: an answer, but not one to build on."""
@@ -144,7 +144,7 @@ def draw(
     images = frames[0].image, frames[1].image
     pictures = {"matches.png": draw_matches(*images, lines.target_px, lines.source_px, agrees=lines.agrees)}
     for name, frame, seen in zip(("target", "source"), frames, features, strict=True):
-        scan = Look.of(frame, seen).draw_scan(frame.camera.width_px)
+        scan = FramePicture.of(frame, seen).draw_scan(frame.camera.width_px)
         if scan is not None:
             pictures[f"{name}_scan.png"] = scan
     if isinstance(outcome, Registration):

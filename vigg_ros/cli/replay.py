@@ -7,34 +7,24 @@ from __future__ import annotations
 import shlex
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
-from vigg_ros.bench.datasets.tum_folder import read_stamped_poses
-from vigg_ros.cli.config_arguments import ChosenConfig, add_config_arguments, choose_config
+from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments, open_bag, read_truth
+from vigg_ros.cli.config_arguments import ChosenConfig, add_config_arguments
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, add_examples, describe_machine
 from vigg_ros.registration.config import Config
-from vigg_ros.registration.errors import BagError, DataError
-from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
 from vigg_ros.report.accuracy import TrajectoryMetrics
-from vigg_ros.report.files import write_frames, write_json, write_trajectory
+from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.report.gallery import Gallery
 from vigg_ros.report.ground_truth import measure, truth_frame_note
 from vigg_ros.report.page import write_report
-from vigg_ros.report.recording import COLOUR_IMAGES, SCANS, FrameRecord, Recording
-from vigg_ros.report.replay import Replay
+from vigg_ros.report.recording import LEADING_MESSAGES, Recording, Replay
+from vigg_ros.report.replay_files import write_frames, write_json, write_trajectory
 from vigg_ros.report.result_bag import write_result_bag
-from vigg_ros.report.source import BagSource, read_extrinsics
 from vigg_ros.report.summary_table import summary_table
-from vigg_ros.sensors.observation import StampedPose
-from vigg_ros.tracking.extrinsics import Lookup, fixed
-
-TOPICS = ("image", "camera_info", "depth", "points", "ground_truth")
+from vigg_ros.tracking.frame_result import FrameResult, State
 
 MIN_FRAMES = 2
 """Below these there is no motion to find."""
@@ -56,58 +46,29 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
 
 
-def add_extrinsics_argument(parser: ArgumentParser, use: str = "instead of /tf_static") -> None:
-    """--extrinsics, with what it is good for."""
-    parser.add_argument(
-        "--extrinsics",
-        type=float,
-        nargs=7,
-        metavar=("X", "Y", "Z", "QX", "QY", "QZ", "QW"),
-        help=f"where the camera (optical frame) stands in the frame of the points, {use}",
-    )
-
-
-def add_topic_arguments(parser: ArgumentParser) -> None:
-    """--image-topic and its siblings."""
-    for name in TOPICS:
-        option = f"--{name.replace('_', '-')}-topic"
-        parser.add_argument(option, metavar="TOPIC", help="where several could be meant")
-
-
-def requested_topics(arguments: Namespace) -> TopicRequest:
-    """What --image-topic and its siblings ask for."""
-    return TopicRequest(**{name: getattr(arguments, f"{name}_topic") for name in TOPICS})
-
-
 def run(arguments: Namespace) -> ExitCode:
     """Replay, write, and say where; raises the package's errors for what cannot be replayed."""
     bag = Path(arguments.bag)
     output = _output_folder(arguments.output, bag)
     truth = read_truth(Path(arguments.ground_truth)) if arguments.ground_truth else None
-    with BagReader(bag) as reader:
-        choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
-        chosen = choose_config(arguments, reader, choice)
-        gallery = Gallery(chosen.config)
-        extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
-        source = BagSource(reader, choice, chosen.config.input)
-        replay = Replay(chosen.config, gallery.offer, extrinsics=extrinsics)
-        leader = choice.image if choice.points is None else choice.points
-        records, interrupted = _collect(replay, source, leader.count)
-        notes = [*chosen.notes, *reader.notes, *choice.notes, *source.notes.values(), *map(str, reader.losses)]
-        damaged = reader.damaged
+    with open_bag(arguments.bag, arguments) as source:
+        pipeline, gallery = source.pipeline(), Gallery(source.chosen.config)
+        replay = Replay(pipeline)
+        leader = chosen_topics(source.choice)[pipeline.leader]
+        results, interrupted = _collect(replay.run(source.messages()), gallery, leader.count)
+        notes, damaged = source.notes(pipeline), source.reader.damaged
     recording = Recording(
         name=bag.name,
-        frames=records,
+        frames=results,
         truth=replay.truth if truth is None else truth,
-        refused=source.refused + replay.refused,
+        refused=pipeline.refused,
         notes=notes,
-        frame_id=replay.frame_id,
-        leaders=COLOUR_IMAGES if choice.points is None else SCANS,
+        leaders=LEADING_MESSAGES[pipeline.leader],
     )
-    if sum(record.state != "REFUSED" for record in records) < MIN_FRAMES and not interrupted:
+    if sum(result.state is not State.REFUSED for result in results) < MIN_FRAMES and not interrupted:
         _say_nothing_paired(recording)
         return ExitCode.NOTHING_PAIRED
-    _write(recording, gallery, chosen, output, with_bag=arguments.output_bag)
+    _write(recording, gallery, source.chosen, output, with_bag=arguments.output_bag)
     if interrupted:
         return ExitCode.INTERRUPTED
     if len(recording.answered) < MIN_FRAMES:
@@ -116,48 +77,20 @@ def run(arguments: Namespace) -> ExitCode:
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
 
 
-def find_extrinsics(given: list[float] | None, reader: BagReader, choice: TopicChoice) -> Lookup:
-    """Where the scan's points are in the camera's frame: as given, or by the bag. Raises UsageError."""
-    if given is not None:
-        return fixed(given_extrinsics(given))
-    tree = read_extrinsics(reader, choice)
-    if tree is None:
-        raise UsageError(
-            "the bag has no /tf_static that says where the camera stands; give it with --extrinsics X Y Z QX QY QZ QW"
-        )
-    return tree.lookup
-
-
-def given_extrinsics(given: list[float]) -> NDArray[np.float64]:
-    """T_camera_points (4, 4) of the seven numbers of --extrinsics. Raises UsageError."""
-    if not np.isfinite(given).all():
-        raise UsageError(f"--extrinsics: found {given}, expected finite numbers")
-    try:
-        return inverse(rigid_from_quaternion(given[:3], given[3:]))
-    except DataError as error:
-        raise UsageError(f"--extrinsics: {error}") from error
-
-
-def read_truth(path: Path) -> list[StampedPose]:
-    """The poses of a TUM file. Raises UsageError."""
-    try:
-        poses = read_stamped_poses(path)
-    except (OSError, BagError) as error:
-        raise UsageError(f"--ground-truth {path} cannot be read: {error}") from error
-    return [StampedPose(pose.stamp_ns, "", "", pose.T_world_sensor) for pose in poses]
-
-
-def _collect(replay: Replay, source: BagSource, expected: int) -> tuple[list[FrameRecord], bool]:
-    """All records, or those until the user interrupted."""
-    records: list[FrameRecord] = []
+def _collect(
+    replayed: Iterator[FrameResult], gallery: Gallery, expected: int
+) -> tuple[list[FrameResult], bool]:
+    """All results, or those until the user interrupted."""
+    results: list[FrameResult] = []
     try:
         with Progress("frames", expected) as progress:
-            for record in replay.run(source):
-                records.append(record)
+            for result in replayed:
+                gallery.offer(result)
+                results.append(result.kept())
                 progress.step()
     except KeyboardInterrupt:
-        return records, True
-    return records, False
+        return results, True
+    return results, False
 
 
 def _output_folder(asked: str | None, bag: Path) -> Path:
@@ -203,7 +136,7 @@ def _write(
     except OSError as error:
         raise UsageError(f"{output} cannot be written: {error}; give another --output") from error
     if with_bag:
-        write_result_bag(recording.frames, recording.frame_id, output / "results_bag")
+        write_result_bag(recording.frames, output / "results_bag")
     _print_notes(recording)
     print(summary_table(recording, metrics, configuration=chosen.source))
     print(f"report: {output / 'report.html'}")

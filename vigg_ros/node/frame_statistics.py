@@ -6,12 +6,12 @@ from __future__ import annotations
 
 from collections import Counter
 
-from vigg_ros.node.answer import Answer, Fate
 from vigg_ros.node.rates import Latencies, Rate
+from vigg_ros.tracking.frame_result import FrameResult, State
 
 
-class Tally:
-    """Counts of answers by state and reason, rates, and latencies."""
+class FrameStatistics:
+    """Counts of results by state and reason, rates, and latencies."""
 
     def __init__(self) -> None:
         self.states: Counter[str] = Counter()
@@ -19,26 +19,26 @@ class Tally:
         self.latencies = Latencies()
         self.rate = Rate()
         """Of poses."""
-        self.last: Answer | None = None
-        """The last answer that came from a registration or a refusal."""
+        self.last: FrameResult | None = None
+        """The last result that came from a registration or a refusal."""
         self.last_pose_s: float | None = None
         self.frames_lost = 0
         """In a row."""
 
-    def add(self, answer: Answer, now_s: float) -> None:
-        """Count an answer."""
-        self.states[answer.state] += 1
-        if answer.reason:
-            self.reasons[answer.reason] += 1
-        if answer.registered is not None:
-            self.latencies.add(answer.timings_ms)
-        if answer.registered is not None or answer.state == Fate.REFUSED.value:
-            self.last = answer
-        if answer.has_pose:
+    def add(self, result: FrameResult, now_s: float) -> None:
+        """Count a result."""
+        self.states[result.state.value] += 1
+        if result.reason:
+            self.reasons[result.reason] += 1
+        if result.state.was_registered:
+            self.latencies.add(result.timings_ms)
+        if result.state.was_registered or result.state is State.REFUSED:
+            self.last = result.kept()
+        if result.has_pose:
             self.rate.count(now_s)
             self.last_pose_s = now_s
             self.frames_lost = 0
-        elif answer.registered is not None:
+        elif result.state is State.LOST:
             self.frames_lost += 1
 
     @property
@@ -49,4 +49,4 @@ class Tally:
     @property
     def dropped(self) -> int:
         """Frames that gave way to newer ones."""
-        return self.states[Fate.DROPPED.value]
+        return self.states[State.DROPPED.value]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS parameters from the list in ``online.parameters``, and what is done when one is set."""
+"""ROS parameters from the list in ``settings``, and what is done when one is set."""
 
 from __future__ import annotations
 

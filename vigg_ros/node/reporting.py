@@ -10,18 +10,18 @@ import traceback
 from rclpy.node import Node
 
 from vigg_ros.messages.fields import Message
-from vigg_ros.node.answer import Answer, Fate
-from vigg_ros.node.frame_statistics import Tally
+from vigg_ros.messages.frame_status import frame_status
+from vigg_ros.node.diagnostics import input_status, registration_status, waiting_status
+from vigg_ros.node.frame_statistics import FrameStatistics
 from vigg_ros.node.input_monitor import offset_s
 from vigg_ros.node.parameters import NodeParameters
-from vigg_ros.node.scheduler import Pipeline
+from vigg_ros.node.scheduler import Scheduler
 from vigg_ros.node.settings import Settings
-from vigg_ros.node.status import frame_status, input_status, registration_status, waiting_status
 from vigg_ros.node.subscriptions import InputTopic, has_publisher
 from vigg_ros.node.throttle import Throttle
 from vigg_ros.node.watchdog import PROFILE_REMEDY, SILENCE_S, Facts, Finding, explain, patience_s
 from vigg_ros.sensors.observation import Note
-from vigg_ros.tracking.registrar import State
+from vigg_ros.tracking.frame_result import FrameResult, State
 
 LOG_PERIOD_S = 10.0
 """Equal lines are said once in this time."""
@@ -37,20 +37,25 @@ class Reporting:
     DIAGNOSTICS_PERIOD_S = 1.0
 
     def __init__(
-        self, node: Node, parameters: NodeParameters, inputs: list[InputTopic], tally: Tally, pipeline: Pipeline
+        self,
+        node: Node,
+        parameters: NodeParameters,
+        inputs: list[InputTopic],
+        statistics: FrameStatistics,
+        scheduler: Scheduler,
     ) -> None:
         self._node = node
         self._name = node.get_fully_qualified_name().strip("/")
         self._parameters = parameters
         self._inputs = inputs
-        self._tally = tally
-        self._pipeline = pipeline
+        self._statistics = statistics
+        self._scheduler = scheduler
         self._throttle = Throttle(LOG_PERIOD_S)
         self._notes: set[tuple[str, str]] = set()
         self._began_s = time.monotonic()
         self._patience_s = SILENCE_S
         self._findings: list[Finding] = []
-        self._state = ""
+        self._state: State | None = None
         self._lost_before = 0
 
     def begin(self) -> None:
@@ -92,24 +97,25 @@ class Reporting:
             "robot's tree, or publish_tf to false (SECOND_PARENT)",
         )
 
-    def log_answer(self, answer: Answer) -> None:
+    def log_result(self, result: FrameResult) -> None:
         """Changes of the state; refused and dropped frames, throttled."""
-        if answer.registered is not None:
-            self._log_estimate(answer)
-        elif answer.state == Fate.REFUSED.value:
-            leader = self._inputs[0].topic
-            self._warn(f"{leader} {answer.reason}", f"{leader}: {answer.message} ({answer.reason})")
-        elif answer.state == Fate.DROPPED.value:
+        leader = self._inputs[0].topic
+        if result.state.was_registered:
+            self._log_registered(result)
+        elif result.state is State.REFUSED:
+            self._warn(f"{leader} {result.reason}", f"{leader}: {result.message} ({result.reason})")
+        elif result.state is State.DROPPED:
             self._warn(
                 "dropped",
-                f"{self._inputs[0].topic}: frames arrive faster than they are registered; {self._tally.dropped} of "
-                f"{self._tally.received} were dropped so far; lower the rate (max_rate) or the cost "
+                f"{leader}: frames arrive faster than they are registered; {self._statistics.dropped} of "
+                f"{self._statistics.received} were dropped so far; lower the rate (max_rate) or the cost "
                 "(geometric.sample_k, visual.max_keypoints) if that matters (DROPPED)",
             )
 
-    def frame_status(self, answer: Answer) -> Message:
+    def frame_status(self, result: FrameResult) -> Message:
         """What ~/status says of a frame."""
-        return frame_status(self._name, answer, self._tally)
+        counts = {"frames_received": self._statistics.received, "frames_dropped": self._statistics.dropped}
+        return frame_status(self._name, result, counts)
 
     def check(self, leader: InputTopic, partner: InputTopic) -> Message | None:
         """Explain a silence; a status to publish if there is something new to say."""
@@ -117,7 +123,7 @@ class Reporting:
         self._check_clock(now_s)
         self._check_gaps()
         self._allow_for_silence(now_s)
-        last_s = max(self._began_s, self._tally.last_pose_s or 0.0)
+        last_s = max(self._began_s, self._statistics.last_pose_s or 0.0)
         self._findings = self._explain(leader, partner, now_s) if now_s - last_s >= self._patience_s else []
         if not self._findings:
             return None
@@ -136,7 +142,7 @@ class Reporting:
             input_status(f"{self._name}: {one.topic}", one.monitor, now_s, by_topic.get(one.topic))
             for one in self._inputs
         ]
-        return [*inputs, registration_status(self._name, self._tally, now_s, self._findings)]
+        return [*inputs, registration_status(self._name, self._statistics, now_s, self._findings)]
 
     def log_failure(self, error: BaseException) -> None:
         """An error of this package, with its place, so that it can be reported."""
@@ -151,11 +157,11 @@ class Reporting:
     def _allow_for_silence(self, now_s: float) -> None:
         """While paused, silence is what was asked for; another max_rate asks for poses from now on."""
         before_s, self._patience_s = self._patience_s, patience_s(self._settings.options.max_rate)
-        if self._pipeline.is_paused or self._patience_s != before_s:
+        if self._scheduler.is_paused or self._patience_s != before_s:
             self._began_s = now_s
 
     def _explain(self, leader: InputTopic, partner: InputTopic, now_s: float) -> list[Finding]:
-        last = self._tally.last
+        last = self._statistics.last
         other = "depth" if self._settings.options.geometry == "points" else "points"
         idle = has_publisher(self._node, other)
         return explain(
@@ -165,21 +171,21 @@ class Reporting:
                 offset_s=offset_s(leader.monitor, partner.monitor),
                 last_reason="" if last is None or last.has_pose else last.reason,
                 last_message="" if last is None else last.message,
-                busy=self._pipeline.worker.is_busy,
+                busy=self._scheduler.worker.is_busy,
                 idle_topics=() if idle is None else (idle,),
             )
         )
 
-    def _log_estimate(self, answer: Answer) -> None:
-        before, self._state = self._state, answer.state
+    def _log_registered(self, result: FrameResult) -> None:
+        before, self._state = self._state, result.state
         log = self._node.get_logger()
-        if answer.state == State.LOST.value:
-            self._warn(f"lost {answer.reason}", f"LOST: {answer.message} ({answer.reason})")
-        elif answer.state == State.STARTED.value:
-            log.info(f"session {answer.session} started: {answer.frame_id} at this frame defines the odometry frame")
-        elif answer.state == State.RELOCALISED.value or before == State.LOST.value:
-            log.info(f"{answer.state} again after {self._lost_before} lost frames")
-        self._lost_before = self._tally.frames_lost
+        if result.state is State.LOST:
+            self._warn(f"lost {result.reason}", f"LOST: {result.message} ({result.reason})")
+        elif result.state is State.STARTED:
+            log.info(f"session {result.session} started: {result.frame_id} at this frame defines the odometry frame")
+        elif result.state is State.RELOCALISED or before is State.LOST:
+            log.info(f"{result.state.value} again after {self._lost_before} lost frames")
+        self._lost_before = self._statistics.frames_lost
 
     def _check_gaps(self) -> None:
         for one in self._inputs[:2]:

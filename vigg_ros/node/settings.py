@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.registration.errors import ConfigError, DataError
-from vigg_ros.registration.options import option
+from vigg_ros.registration.options import check_option, coerced, option, unknown_name
 from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
 
 DYNAMIC = frozenset({"max_rate", "time_budget"})
@@ -126,7 +125,8 @@ class Settings:
         known = [parameter.name for parameter in self.parameters()]
         for name in changes:
             if name not in known:
-                raise ConfigError(_unknown(name, known))
+                listed = "`registrar --parameters` lists all of them"
+                raise unknown_name(name, known, what="parameter", otherwise=listed)
         own = {name: value for name, value in changes.items() if name in _OWN}
         options = _replaced(self.options, own)
         of_method = {name: value for name, value in changes.items() if name not in own}
@@ -222,29 +222,16 @@ def _configuration(name: str) -> Config:
 
 
 def _replaced(options: NodeOptions, changes: Mapping[str, Any]) -> NodeOptions:
-    values = {name: _coerced(_OWN[name], value) for name, value in changes.items()}
+    values = {name: coerced(_OWN[name], _as_text(name, value)) for name, value in changes.items()}
     for name, value in values.items():
-        _check(_OWN[name], value)
+        check_option(name, _OWN[name], value)
     return dataclasses.replace(options, **values)
 
 
-def _coerced(spec: dataclasses.Field[Any], value: Any) -> Any:
-    """An integer is taken for a real number, and a list of numbers for the extrinsics."""
-    if type(spec.default) is float and type(value) is int:
-        return float(value)
-    if spec.name == "extrinsics" and not isinstance(value, (str, bool, int, float)):
-        return " ".join(str(item) for item in value)
-    return value
-
-
-def _check(spec: dataclasses.Field[Any], value: Any) -> None:
-    meta, wanted = spec.metadata, type(spec.default)
-    if type(value) is not wanted:
-        raise ConfigError(f"{spec.name} is {value!r}, expected {wanted.__name__}")
-    if meta["choices"] and value not in meta["choices"]:
-        raise ConfigError(f"{spec.name} is {value!r}, expected one of {', '.join(meta['choices'])}")
-    if wanted is float and not meta["low"] <= value <= meta["high"]:  # nor does NaN pass
-        raise ConfigError(f"{spec.name} is {value}, expected {meta['low']:g} to {meta['high']:g} {meta['unit']}")
+def _as_text(name: str, value: Any) -> Any:
+    """A list of numbers is taken for the extrinsics."""
+    is_list = name == "extrinsics" and not isinstance(value, (str, bool, int, float))
+    return " ".join(str(item) for item in value) if is_list else value
 
 
 def _check_together(options: NodeOptions) -> None:
@@ -263,10 +250,3 @@ def _check_together(options: NodeOptions) -> None:
         raise ConfigError("save_at_exit is on, but output_dir is empty; name the folder to save into")
     if options.output_dir and not Path(options.output_dir).expanduser().is_dir():
         raise ConfigError(f"output_dir is {options.output_dir!r}, which is no folder; create it first")
-
-
-def _unknown(name: str, known: list[str]) -> str:
-    ends = {one.rpartition(".")[2]: one for one in known}  # top_k for visual.top_k
-    close = difflib.get_close_matches(name, [*known, *ends], n=1, cutoff=0.5)
-    hint = f"did you mean {ends.get(close[0], close[0])}?" if close else "`registrar --parameters` lists all of them"
-    return f"unknown parameter {name!r}; {hint}"

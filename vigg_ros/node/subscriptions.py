@@ -16,6 +16,7 @@ from vigg_ros.node.input_monitor import InputMonitor
 from vigg_ros.node.ros_classes import class_of
 from vigg_ros.node.settings import NodeOptions
 from vigg_ros.node.watchdog import TOPICS, InputFacts, Offer
+from vigg_ros.sensors.input_decoder import Role
 
 DEPTH = 10
 """Messages that wait in the middleware while a callback runs."""
@@ -28,7 +29,7 @@ _TYPES = {"image": RAW, "depth": RAW, "points": POINTS, "camera_info": CALIBRATI
 class InputTopic:
     """One input: its subscription, which is made anew when publishers with other offers come."""
 
-    def __init__(self, node: Node, role: str, options: NodeOptions, receive: Callable[[str, Any], None]) -> None:
+    def __init__(self, node: Node, role: Role, options: NodeOptions, receive: Callable[[Role, Any], None]) -> None:
         self.role = role
         self.topic: str = node.resolve_topic_name(TOPICS[role])
         self.monitor = InputMonitor()

@@ -26,7 +26,7 @@ class SaveError(ViggError):
     """A trajectory that cannot be saved."""
 
 
-class Trail:
+class TrajectoryLog:
     """The newest poses of the current session: stamps and the upper three rows of T_odom_frame."""
 
     def __init__(self, capacity: int = CAPACITY) -> None:
@@ -57,9 +57,9 @@ class Trail:
         self._stamps_ns.append(stamp_ns)
         self._rows.extend(T_odom_frame[:3].ravel().tolist())
 
-    def copy(self) -> Trail:
+    def copy(self) -> TrajectoryLog:
         """The poses of now, to be saved while others are added here: that takes seconds, and copying none."""
-        other = Trail(self._capacity)
+        other = TrajectoryLog(self._capacity)
         other._session, other.forgotten = self._session, self.forgotten
         other._stamps_ns, other._rows = self._stamps_ns[:], self._rows[:]
         return other

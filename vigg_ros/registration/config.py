@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -15,8 +14,8 @@ from typing import Any
 import yaml
 
 from vigg_ros.registration.errors import ConfigError
-from vigg_ros.registration.limits import MAX_CELLS_PER_AXIS
 from vigg_ros.registration.options import (
+    MAX_CELLS_PER_AXIS,
     CliqueConfig,
     GeometricConfig,
     InputConfig,
@@ -26,7 +25,10 @@ from vigg_ros.registration.options import (
     RefinementConfig,
     VerificationConfig,
     VisualConfig,
+    check_option,
+    coerced,
     option,
+    unknown_name,
 )
 
 
@@ -51,7 +53,7 @@ class Config:
 
     def __post_init__(self) -> None:
         for name, spec, value in self.options():
-            _check(name, spec, value)
+            check_option(name, spec, value)
         if self.geometric.min_range_m >= self.geometric.max_range_m:
             raise ConfigError(
                 f"geometric.min_range_m is {self.geometric.min_range_m} and geometric.max_range_m is "
@@ -84,9 +86,9 @@ class Config:
         sections: dict[str, dict[str, Any]] = {}
         for name, value in changes.items():
             if name not in known:
-                raise ConfigError(_unknown(name, list(known)))
+                raise unknown_name(name, list(known), what="option", otherwise=f"known are {', '.join(known)}")
             section, _, key = name.rpartition(".")
-            sections.setdefault(section, {})[key] = _coerce(known[name], value)
+            sections.setdefault(section, {})[key] = coerced(known[name], value)
         top = sections.pop("", {})
         new = {section: dataclasses.replace(getattr(self, section), **keys) for section, keys in sections.items()}
         return dataclasses.replace(self, **new, **top)
@@ -95,7 +97,7 @@ class Config:
     def preset(cls, name: str) -> Config:
         """A named configuration; see ``PRESETS``."""
         if name not in PRESETS:
-            raise ConfigError(_unknown(name, list(PRESETS), what="preset"))
+            raise unknown_name(name, list(PRESETS), what="preset", otherwise=f"known are {', '.join(PRESETS)}")
         return cls().replace(PRESETS[name])
 
     @classmethod
@@ -154,31 +156,6 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
 }
 PRESETS |= {f"{name}_paper": {**PRESETS[name], **PAPER} for name in ("rgbd", "lidar")}
-
-
-def _check(name: str, spec: dataclasses.Field[Any], value: Any) -> None:
-    meta, wanted = spec.metadata, type(spec.default)
-    if type(value) is not wanted and not (wanted is float and type(value) is int):
-        raise ConfigError(f"{name} is {value!r}, expected {wanted.__name__}")
-    if meta["choices"] and value not in meta["choices"]:
-        raise ConfigError(f"{name} is {value!r}, expected one of {', '.join(meta['choices'])}")
-    if wanted in (bool, str):
-        return
-    if not meta["low"] <= value <= meta["high"]:  # nor does NaN pass
-        raise ConfigError(f"{name} is {value}, expected {meta['low']} to {meta['high']} {meta['unit']}".rstrip())
-
-
-def _coerce(spec: dataclasses.Field[Any], value: Any) -> Any:
-    """An integer is accepted for a real number; nothing else is converted, see ``_check``."""
-    if type(spec.default) is float and type(value) is int and spec.metadata["low"] <= value <= spec.metadata["high"]:
-        return float(value)
-    return value
-
-
-def _unknown(name: str, known: list[str], *, what: str = "option") -> str:
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-    hint = f"; did you mean {close[0]}?" if close else f"; known are {', '.join(known)}"
-    return f"unknown {what} {name!r}{hint}"
 
 
 def _parameters(content: Any, path: str | Path) -> Mapping[str, Any]:

@@ -12,7 +12,6 @@ from functools import partial
 from threading import Lock
 from typing import Generic, TypeVar
 
-from vigg_ros.acceptance.appearance import Appearance
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import (
@@ -31,7 +30,7 @@ from vigg_ros.registration.visual import Keypoints, detect, is_reduced
 _T = TypeVar("_T")
 
 
-class Late(Generic[_T]):
+class Lazy(Generic[_T]):
     """A value that is made when it is first asked for, and kept.
 
     It is a function of its frame alone, so no answer depends on who asked when.
@@ -65,31 +64,36 @@ class Features:
     patches: Surface
     """The coarse grid, where features are described: enough to see whether two frames agree."""
     view: View
-    appearance: Appearance
-    late_keypoints: Late[Keypoints]
-    late_landmarks: Late[Landmarks]
-    late_matcher: Late[LocalMatcher]
-    late_aligner: Late[SurfaceAligner]
+    frame: Frame
+    """What they were extracted from."""
+    lazy_keypoints: Lazy[Keypoints]
+    lazy_landmarks: Lazy[Landmarks]
+    lazy_matcher: Lazy[LocalMatcher]
+    lazy_aligner: Lazy[SurfaceAligner]
 
     @property
     def fine_keypoints(self) -> Keypoints:
         """Of the image in full size; the same object as ``keypoints`` where that was not reduced."""
-        return self.late_keypoints()
+        return self.lazy_keypoints()
+
+    def searched_keypoints(self, least: int) -> Keypoints:
+        """Those of the reduced image; those in full size where that shows fewer than ``least``."""
+        return self.keypoints if len(self.keypoints) >= least else self.fine_keypoints
 
     @property
     def landmarks(self) -> Landmarks:
         """The patches with FPFH."""
-        return self.late_landmarks()
+        return self.lazy_landmarks()
 
     def matcher(self, max_radius_m: float) -> LocalMatcher:
         """The landmarks, indexed for local matching in zones up to this radius when the frame is a target."""
-        kept = self.late_matcher()
+        kept = self.lazy_matcher()
         return kept if kept.max_radius_m >= max_radius_m else LocalMatcher(self.landmarks, max_radius_m)
 
     @property
     def aligner(self) -> SurfaceAligner:
         """The surface, indexed for alignment when the frame is a target."""
-        return self.late_aligner()
+        return self.lazy_aligner()
 
 
 def extract(frame: Frame, config: Config) -> Features:
@@ -112,18 +116,18 @@ def assemble(
 ) -> Features:
     """Features from their parts, with what is made later; ``extract`` with the parts given."""
     fine = partial(_keypoints, frame, config, None) if is_reduced(frame, config.visual) else lambda: keypoints
-    landmarks = Late(partial(build_landmarks, patches, config.geometric))
+    landmarks = Lazy(partial(build_landmarks, patches, config.geometric))
     radius_m = max_zone_radius_m(config.cliques.inlier_threshold_m, config.local_match)
     return Features(
         keypoints=keypoints,
         surface=surface,
         patches=patches,
         view=view,
-        appearance=Appearance.of(frame),
-        late_keypoints=Late(fine),
-        late_landmarks=landmarks,
-        late_matcher=Late(lambda: LocalMatcher(landmarks(), radius_m)),
-        late_aligner=Late(lambda: SurfaceAligner(surface, config.geometric.voxel_size_m)),
+        frame=frame,
+        lazy_keypoints=Lazy(fine),
+        lazy_landmarks=landmarks,
+        lazy_matcher=Lazy(lambda: LocalMatcher(landmarks(), radius_m)),
+        lazy_aligner=Lazy(lambda: SurfaceAligner(surface, config.geometric.voxel_size_m)),
     )
 
 

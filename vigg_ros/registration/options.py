@@ -8,8 +8,16 @@ written here and nowhere else.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import difflib
+from collections.abc import Sequence
+from dataclasses import Field, dataclass, field
 from typing import Any
+
+from vigg_ros.registration.errors import ConfigError
+
+MAX_CELLS_PER_AXIS = 2**20
+"""Bounds ranges against radii: three axes of this many cells fit one int64 key of the kernels, with a margin of one
+cell on each side."""
 
 
 def option(
@@ -24,6 +32,34 @@ def option(
     """A dataclass field that knows its unit, bounds, and when to touch it."""
     meta = {"doc": doc, "unit": unit, "low": low, "high": high, "choices": choices}
     return field(default=default, metadata=meta)
+
+
+def coerced(spec: Field[Any], value: Any) -> Any:
+    """An integer is accepted for a real number; nothing else is converted."""
+    if type(spec.default) is float and type(value) is int and spec.metadata["low"] <= value <= spec.metadata["high"]:
+        return float(value)
+    return value
+
+
+def check_option(name: str, spec: Field[Any], value: Any) -> None:
+    """Type, choices and bounds. Raises ConfigError."""
+    meta, wanted = spec.metadata, type(spec.default)
+    if type(value) is not wanted and not (wanted is float and type(value) is int):
+        raise ConfigError(f"{name} is {value!r}, expected {wanted.__name__}")
+    if meta["choices"] and value not in meta["choices"]:
+        raise ConfigError(f"{name} is {value!r}, expected one of {', '.join(meta['choices'])}")
+    if wanted in (bool, str):
+        return
+    if not meta["low"] <= value <= meta["high"]:  # nor does NaN pass
+        raise ConfigError(f"{name} is {value}, expected {meta['low']} to {meta['high']} {meta['unit']}".rstrip())
+
+
+def unknown_name(name: str, known: Sequence[str], *, what: str, otherwise: str) -> ConfigError:
+    """The error for a name that is none of the known ones, with the nearest of them, or else what to do."""
+    ends = {one.rpartition(".")[2]: one for one in known}  # top_k for visual.top_k
+    close = difflib.get_close_matches(name, [*known, *ends], n=1, cutoff=0.5)
+    hint = f"did you mean {ends.get(close[0], close[0])}?" if close else otherwise
+    return ConfigError(f"unknown {what} {name!r}; {hint}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +182,11 @@ class PairingConfig:
         0.02, "largest difference of stamps in a pair, inclusive; at most half a frame", unit="s", low=0.0, high=1.0
     )
     queue_size: int = option(30, "unpaired messages kept for each topic", low=2, high=10000)
+    reuse_depth: bool = option(
+        False,
+        "on where depth comes at a lower rate than images: an image that has no depth image of its own (a scan that "
+        "has no image) takes the nearest within sync_slop_s although another has it too",
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,19 +51,34 @@ class Evidence:
     visual_inliers: int = 0
     """Visual matches within the threshold under the answer."""
     geometric_inliers: int = 0
+    match_share: float = float("nan")
+    """Share of the visual matches that agree plus share of the geometric ones, in [0, 2]."""
+    surface_pairs: int = 0
+    """Points of the surfaces that pair up in the refinement."""
     rmse_m: float = float("nan")
     """Root mean square distance of the aligned surfaces along their normals."""
+    motion_sigma_m: float = float("nan")
+    """Largest standard deviation of the translation; NaN where the fit is not finite."""
+    motion_sigma_deg: float = float("nan")
+    """Largest standard deviation of the rotation."""
     overlap: float = float("nan")
     """Share of both surfaces that coincides."""
     consistency: float = float("nan")
     """Coinciding share of the surface that both sensors should see."""
     conflict: float = float("nan")
     """Share of free space among the points that lie on a seen surface or in free space."""
-    likeness: float = float("nan")
-    """How alike the images show the coinciding surface: a correlation; NaN where visual matches carry the answer,
-    and where the images have too little in common to tell."""
+    photometric_correlation: float = float("nan")
+    """How alike the images show the coinciding surface; NaN where visual matches decide on their own, and where the
+    images have too little in common to tell."""
     runner_up: float = float("nan")
     """How near the best different answer comes to the chosen one; from 1 on nothing decides between them."""
+    repeated_shift_m: float = float("nan")
+    """Distance to another motion under which a repeating texture is shown as well; NaN where there is none."""
+
+    @property
+    def inliers(self) -> int:
+        """Matches that agree with the answer."""
+        return self.visual_inliers + self.geometric_inliers
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,15 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.acceptance.agreement import Candidate, Pair, assess
-from vigg_ros.acceptance.checks import (
-    RIVAL_MATCHES,
-    carries,
-    contenders,
-    find_lack,
-    is_clear,
-    is_supported,
-    judge,
-)
+from vigg_ros.acceptance.checks import frame_objection, is_supported, search_objection
+from vigg_ros.acceptance.ranking import best_and_competitors, can_compete, has_decisive_winner, is_decisive, judge
 from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features, extract
@@ -51,9 +44,9 @@ def register(target: Features, source: Features, config: Config) -> Outcome:
 
 def align(target: Features, source: Features, config: Config, evidence: Evidence) -> Outcome:
     """The algorithm: by the images where they leave no doubt, else by images and shapes together."""
-    lack = find_lack(target, source)
-    if lack:
-        return Rejection(*lack, evidence)
+    objection = frame_objection(target, source, config)
+    if objection:
+        return Rejection(*objection, evidence)
     if config.verification.enabled and not config.geometric.always:
         visual = match_visual(target.keypoints, source.keypoints, config.visual)
         answer = align_by_images(Pair(target, source, visual, no_matches(), config), evidence)
@@ -73,11 +66,11 @@ def align_by_images(pair: Pair, evidence: Evidence) -> Registration | None:
     config = pair.config
     hypotheses = propose(pair.visual, pair.geometric, config.cliques)
     few = distinct(hypotheses, 2, config.cliques.inlier_threshold_m)
-    if not is_clear(few, pair.visual, config):
+    if not has_decisive_winner(few, pair.visual, config):
         return None
     evidence = replace(evidence, visual_matches=len(pair.visual), hypotheses=len(hypotheses), candidates=1)
     outcome = judge(pair, polish(pair, [few.T_target_source[0]]), evidence)
-    if isinstance(outcome, Rejection) or not carries(outcome.evidence.visual_inliers, len(pair.visual)):
+    if isinstance(outcome, Rejection) or not is_decisive(outcome.evidence.visual_inliers, len(pair.visual)):
         return None
     return outcome
 
@@ -93,10 +86,10 @@ def align_by_all(pair: Pair, evidence: Evidence) -> Outcome:
         hypotheses=len(hypotheses),
         candidates=len(candidates),
     )
-    if not candidates:
-        found = f"no three of {len(pair.visual)} visual and {len(pair.geometric)} geometric matches fit one motion"
-        return Rejection(Reason.TOO_FEW_MATCHES, found, evidence)
-    best = contenders(candidates, pair.config)
+    objection = search_objection(evidence, pair.config)
+    if objection:
+        return Rejection(*objection, evidence)
+    best = best_and_competitors(candidates, pair.config)
     return judge(pair, polish(pair, [candidate.T_target_source for candidate in best]), evidence)
 
 
@@ -113,12 +106,16 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     if not len(few):
         return candidates
     for T_target_source, score in zip(few.T_target_source, few.score, strict=True):
-        # Lesser hypotheses cannot rival a good answer; they are followed only while there is none.
-        if score < RIVAL_MATCHES * few.score[0] and any(is_supported(c, config) for c in candidates):
+        # Lesser hypotheses cannot compete with a good answer; they are followed only while there is none.
+        if not can_compete(score, few.score[0]) and any(_is_supported(c, config) for c in candidates):
             break
         fitted = guided_fit(matcher, source, prior, T_target_source, threshold_m, config.local_match)
         candidates.append(assess(pair, fitted))
     return candidates
+
+
+def _is_supported(candidate: Candidate, config: Config) -> bool:
+    return is_supported(candidate.described_by(Evidence()), config)
 
 
 def polish(pair: Pair, motions: Sequence[NDArray[np.float64]]) -> list[Fit]:

@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.acceptance.checks import answer_margin
 from vigg_ros.pictures import (
     BODY,
     OPTICAL,
@@ -25,12 +26,11 @@ from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import ProjectedScan
-from vigg_ros.registration.options import VerificationConfig
-from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
+from vigg_ros.registration.result import Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.visibility import DepthView
 from vigg_ros.registration.visual import Keypoints, match_visual
-from vigg_ros.tracking.registrar import Attempt, Estimate
+from vigg_ros.tracking.frame_result import Comparison, FrameResult
 
 LOST_MARGIN = -1.0
 """Below the margin of every answered frame."""
@@ -64,7 +64,7 @@ def lines_of_matches(target: Keypoints, source: Keypoints, outcome: Outcome | No
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class FramePicture:
     """What is needed of a frame to draw it."""
 
     image: NDArray[np.uint8]
@@ -77,7 +77,7 @@ class Look:
     """The scan and its camera; None for a depth image."""
 
     @classmethod
-    def of(cls, frame: Frame, features: Features) -> Look:
+    def of(cls, frame: Frame, features: Features) -> FramePicture:
         """Keeps references, copies nothing."""
         depth_m = features.view.depth_m if isinstance(features.view, DepthView) else None
         scan = frame.geometry if isinstance(frame.geometry, ProjectedScan) else None
@@ -93,22 +93,22 @@ class Look:
 
 
 @dataclass(frozen=True, slots=True)
-class Exhibit:
+class PicturedFrame:
     """A frame, what it was compared with, and what came of it."""
 
     index: int
     """Place among the frames that were offered."""
     margin: float
     """0 on the verge of refusal, 1 beyond doubt; LOST_MARGIN for a lost frame."""
-    estimate: Estimate
-    source: Look
-    target: Look | None
+    result: FrameResult
+    source: FramePicture
+    target: FramePicture | None
     """The reference keyframe; None where there was none."""
 
     @property
     def reason(self) -> Reason | None:
         """Why the frame was lost; None if it was not."""
-        outcome = self.estimate.outcome
+        outcome = self.result.outcome
         return outcome.reason if isinstance(outcome, Rejection) else None
 
     def draw_matches(self, config: Config, *, panel_width_px: int = 480) -> Picture:
@@ -117,7 +117,7 @@ class Exhibit:
             nothing = np.empty((0, 2))
             image = np.full_like(self.source.image, 255)
             return draw_matches(image, self.source.image, nothing, nothing, panel_width_px=panel_width_px)
-        lines = lines_of_matches(self.target.keypoints, self.source.keypoints, self.estimate.outcome, config)
+        lines = lines_of_matches(self.target.keypoints, self.source.keypoints, self.result.outcome, config)
         return draw_matches(
             self.target.image,
             self.source.image,
@@ -131,9 +131,9 @@ class Exhibit:
         """Answered: both surfaces as the answer lays them; lost: both depth images, if there are any."""
         if self.target is None:
             return None
-        if isinstance(self.estimate.outcome, Registration):
+        if isinstance(self.result.outcome, Registration):
             axes = BODY if self.source.depth_m is None else OPTICAL
-            moved = transform(self.estimate.outcome.T_target_source, self.source.points)
+            moved = transform(self.result.outcome.T_target_source, self.source.points)
             return draw_aligned(self.target.points, moved, axes=axes, panel_width_px=panel_width_px)
         if self.target.depth_m is None or self.source.depth_m is None:
             return None
@@ -164,74 +164,57 @@ class Gallery:
         self._capacity = max(2 * limit, len(Reason) + 1)
         self._offered = 0
         self._stretch = 1
-        self._kept: list[Exhibit] = []
+        self._kept: list[PicturedFrame] = []
 
-    def offer(self, estimate: Estimate, attempt: Attempt) -> None:
-        """Look at a frame, right after the Registrar's step; one that starts a session is of no interest."""
+    def offer(self, result: FrameResult) -> None:
+        """Look at a result of the pipeline; one that starts a session, or was not compared, is of no interest."""
+        if not result.state.was_registered:
+            return
         index = self._offered
         self._offered += 1
-        if estimate.outcome is None:
+        if result.outcome is None or result.compared is None:
             return
-        margin = margin_of(estimate, self.config.verification)
-        self._kept = _worst([*self._kept, _exhibit(index, margin, estimate, attempt)], self._stretch)
+        self._kept = _worst([*self._kept, _pictured(index, result, result.compared, self.config)], self._stretch)
         while len(self._kept) > self._capacity:
             self._stretch *= 2
             self._kept = _worst(self._kept, self._stretch)
 
     @property
-    def exhibits(self) -> list[Exhibit]:
+    def pictured(self) -> list[PicturedFrame]:
         """At most ``limit`` frames in order of time: lost ones, of each reason first one, then small margins.
 
         No neighbours, while others are left.
         """
-        chosen: list[Exhibit] = []
+        chosen: list[PicturedFrame] = []
         rest = list(self._kept)
         while rest and len(chosen) < self._limit:
             best = min(rest, key=partial(_rank, chosen=chosen, stretch=self._stretch))
             rest.remove(best)
             chosen.append(best)
-        return sorted(chosen, key=lambda exhibit: exhibit.index)
+        return sorted(chosen, key=lambda pictured: pictured.index)
 
 
-def _rank(exhibit: Exhibit, *, chosen: list[Exhibit], stretch: int) -> tuple[float, ...]:
-    """The smaller, the more an exhibit adds to those that are chosen."""
-    repeated = sum(exhibit.reason == other.reason for other in chosen)
-    is_near = any(abs(exhibit.index - other.index) < stretch for other in chosen)
-    return exhibit.reason is None, repeated, is_near, exhibit.margin, exhibit.index
+def _rank(pictured: PicturedFrame, *, chosen: list[PicturedFrame], stretch: int) -> tuple[float, ...]:
+    """The smaller, the more an pictured adds to those that are chosen."""
+    repeated = sum(pictured.reason == other.reason for other in chosen)
+    is_near = any(abs(pictured.index - other.index) < stretch for other in chosen)
+    return pictured.reason is None, repeated, is_near, pictured.margin, pictured.index
 
 
-def _worst(exhibits: Sequence[Exhibit], stretch: int) -> list[Exhibit]:
+def _worst(pictured: Sequence[PicturedFrame], stretch: int) -> list[PicturedFrame]:
     """Of each stretch and reason the smallest margin; of equal ones the first: there trouble began."""
-    worst: dict[tuple[int, Reason | None], Exhibit] = {}
-    for exhibit in exhibits:
-        key = exhibit.index // stretch, exhibit.reason
-        if key not in worst or exhibit.margin < worst[key].margin:
-            worst[key] = exhibit
-    return sorted(worst.values(), key=lambda exhibit: exhibit.index)
+    worst: dict[tuple[int, Reason | None], PicturedFrame] = {}
+    for one in pictured:
+        key = one.index // stretch, one.reason
+        if key not in worst or one.margin < worst[key].margin:
+            worst[key] = one
+    return sorted(worst.values(), key=lambda pictured: pictured.index)
 
 
-def margin_of(estimate: Estimate, wanted: VerificationConfig) -> float:
-    """How far an answer is from refusal, by the weakest of its evidence, in [0, 1]; lost: LOST_MARGIN."""
-    if not isinstance(estimate.outcome, Registration):
-        return LOST_MARGIN
-    evidence = estimate.outcome.evidence
-    return min(
-        _beyond(evidence.overlap, wanted.min_overlap),
-        _beyond(evidence.consistency, wanted.min_consistency),
-        1 - wanted.min_inliers / max(_inliers(evidence), wanted.min_inliers),
-        1 - min(evidence.runner_up, 1.0),
-    )
-
-
-def _beyond(share: float, least: float) -> float:
-    return float(np.clip((share - least) / max(1 - least, 1e-9), 0.0, 1.0))
-
-
-def _inliers(evidence: Evidence) -> int:
-    return evidence.visual_inliers + evidence.geometric_inliers
-
-
-def _exhibit(index: int, margin: float, estimate: Estimate, attempt: Attempt) -> Exhibit:
-    keyframe = attempt.keyframe
-    target = None if keyframe is None else Look.of(keyframe.frame, keyframe.features)
-    return Exhibit(index, margin, estimate, Look.of(attempt.frame, attempt.features), target)
+def _pictured(index: int, result: FrameResult, compared: Comparison, config: Config) -> PicturedFrame:
+    keyframe = compared.keyframe
+    target = None if keyframe is None else FramePicture.of(keyframe.frame, keyframe.features)
+    found = isinstance(result.outcome, Registration)
+    margin = answer_margin(result.outcome.evidence, config) if found else LOST_MARGIN  # type: ignore[union-attr]
+    source = FramePicture.of(compared.frame, compared.features)
+    return PicturedFrame(index, margin, replace(result, compared=None), source, target)

@@ -7,9 +7,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vigg_ros.report.accuracy import SessionMetrics, TrajectoryMetrics, measure_session
-from vigg_ros.report.recording import FrameRecord, Recording
+from vigg_ros.report.recording import Recording
 from vigg_ros.report.trajectory import Trajectory, interpolate
 from vigg_ros.sensors.observation import StampedPose
+from vigg_ros.tracking.frame_result import FrameResult
 
 
 def measure(recording: Recording) -> TrajectoryMetrics | None:
@@ -30,9 +31,9 @@ def true_trajectory(truth: Sequence[StampedPose]) -> Trajectory:
     return Trajectory.of([pose.stamp_ns for pose in truth], [pose.T_frame_child for pose in truth])
 
 
-def estimated_trajectory(records: Sequence[FrameRecord]) -> Trajectory:
+def estimated_trajectory(records: Sequence[FrameResult]) -> Trajectory:
     """The answered frames of one session, by stamp."""
-    answered = [record for record in records if record.is_answered]
+    answered = [record for record in records if record.has_pose]
     stamps_ns = [record.stamp_ns for record in answered]
     return Trajectory.of(stamps_ns, [record.T_odom_frame for record in answered])
 
@@ -63,10 +64,10 @@ def truth_frame_note(recording: Recording) -> str:
     )
 
 
-def _measure(session: int, frames: Sequence[FrameRecord], truth: Trajectory) -> SessionMetrics:
+def _measure(session: int, frames: Sequence[FrameResult], truth: Trajectory) -> SessionMetrics:
     records = _of_session(frames, session)
     return measure_session(session, estimated_trajectory(records), truth, received=len(records))
 
 
-def _of_session(frames: Sequence[FrameRecord], session: int) -> list[FrameRecord]:
+def _of_session(frames: Sequence[FrameResult], session: int) -> list[FrameResult]:
     return [record for record in frames if record.session == session]

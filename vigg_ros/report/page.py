@@ -15,7 +15,7 @@ from vigg_ros.report import wording
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.gallery import Gallery
 from vigg_ros.report.html import Markup, element, page, plot, section
-from vigg_ros.report.pictured_frames import exhibit_section, locate
+from vigg_ros.report.pictured_frames import locate, pictured_section
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.routes import find_routes, frame_errors
 from vigg_ros.report.series import Axis, evidence_series, time_axis, totals_ms
@@ -53,7 +53,7 @@ def write_report(
     if recording.frames:
         parts += [_states(content), _unanswered(content), _routes(content), _errors(content)]
         parts += [_evidence(content), _times(content)]
-        parts += [exhibit_section(gallery, recording.frames, content.axis)]
+        parts += [pictured_section(gallery, recording.frames, content.axis)]
     parts += [_notes(content), _run(content)]
     path.write_text(page(f"Replay of {recording.name}", *parts), encoding="utf-8")
 

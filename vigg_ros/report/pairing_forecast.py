@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vigg_ros.bags.ordering import StampEntry, stamp_order
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import PairingConfig
-from vigg_ros.tracking.pairing import Pair, Pairing, Unpaired
+from vigg_ros.tracking.pairing import Pairing, SyncedPair
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,25 +47,25 @@ def forecast_pairing(
     entries: Sequence[StampEntry], leader: str, follower: str, config: PairingConfig
 ) -> PairingForecast:
     """Feed the stamps of two topics to the pairing, as a replay of the same entries would."""
-    pairing: Pairing[int, int] = Pairing(round(config.sync_slop_s * 1e9), config.queue_size)
+    pairing: Pairing[int, int] = Pairing(config)
     ordered = [entries[index] for index in stamp_order(entries).tolist()]
-    settled: list[Pair[int, int] | Unpaired[int]] = []
+    pairs: list[SyncedPair[int, int]] = []
     refused = 0
     for entry in ordered:
         if entry.topic not in (leader, follower):
             continue
         add = pairing.add_first if entry.topic == leader else pairing.add_second
         try:
-            settled += add(*_usable(entry))
+            pairs += add(*_usable(entry))
         except DataError:
             refused += entry.topic == leader
-    settled += pairing.flush()
+    pairs += pairing.flush()
     return PairingForecast(
         leaders=sum(entry.topic == leader for entry in ordered),
         followers=sum(entry.topic == follower for entry in ordered),
-        paired=sum(isinstance(one, Pair) for one in settled),
+        paired=sum(pair.second is not None for pair in pairs),
         refused=refused,
-        sessions=1 + max((one.loop for one in settled), default=0),
+        sessions=1 + max((pair.loop for pair in pairs), default=0),
         offsets_ns=_offsets(*(np.sort([*_stamps(ordered, topic)]) for topic in (leader, follower))),
     )
 

@@ -8,11 +8,12 @@ import string
 from collections.abc import Sequence
 
 from vigg_ros.registration.result import Evidence
-from vigg_ros.report.gallery import Exhibit, Gallery
+from vigg_ros.report.gallery import Gallery, PicturedFrame
 from vigg_ros.report.html import Markup, element, image, section
-from vigg_ros.report.recording import FrameRecord
+from vigg_ros.report.recording import is_refused
 from vigg_ros.report.series import Axis
 from vigg_ros.report.wording import MEANINGS
+from vigg_ros.tracking.frame_result import FrameResult
 
 INTRODUCTION = (
     "The frames that were lost, the first of each reason, and those answered frames that came nearest to being "
@@ -25,56 +26,56 @@ INTRODUCTION = (
 )
 
 
-def locate(gallery: Gallery, frames: Sequence[FrameRecord]) -> list[tuple[int, str, Exhibit]]:
-    """Each exhibit with its frame's place in the recording, and its letter."""
+def locate(gallery: Gallery, frames: Sequence[FrameResult]) -> list[tuple[int, str, PicturedFrame]]:
+    """Each pictured frame with its place in the recording, and its letter."""
     places = {
-        (record.session, record.stamp_ns): place for place, record in enumerate(frames) if record.state != "REFUSED"
+        (record.session, record.stamp_ns): place for place, record in enumerate(frames) if not is_refused(record)
     }
-    keys = ((exhibit.estimate.session, exhibit.estimate.stamp_ns) for exhibit in gallery.exhibits)
-    found = [(places[key], exhibit) for key, exhibit in zip(keys, gallery.exhibits, strict=True) if key in places]
-    return [(place, string.ascii_uppercase[i % 26], exhibit) for i, (place, exhibit) in enumerate(found)]
+    keys = ((pictured.result.session, pictured.result.stamp_ns) for pictured in gallery.pictured)
+    found = [(places[key], pictured) for key, pictured in zip(keys, gallery.pictured, strict=True) if key in places]
+    return [(place, string.ascii_uppercase[i % 26], pictured) for i, (place, pictured) in enumerate(found)]
 
 
-def exhibit_section(gallery: Gallery, frames: Sequence[FrameRecord], axis: Axis) -> Markup:
-    """All exhibits with their pictures; empty if there are none."""
+def pictured_section(gallery: Gallery, frames: Sequence[FrameResult], axis: Axis) -> Markup:
+    """All of them with their pictures; empty if there are none."""
     located = locate(gallery, frames)
     if not located:
         return Markup()
-    shown = (_show(exhibit, letter, axis.place(place), gallery) for place, letter, exhibit in located)
+    shown = (_show(pictured, letter, axis.place(place), gallery) for place, letter, pictured in located)
     return section("Frames worth a look", element("p", INTRODUCTION, class_="faint"), *shown)
 
 
-def _show(exhibit: Exhibit, letter: str, place: str, gallery: Gallery) -> Markup:
-    title = f"{letter} \N{MIDDLE DOT} {place} \N{MIDDLE DOT} {exhibit.estimate.state.value.lower()}"
-    if exhibit.reason is not None:
-        title += f": {exhibit.reason.value}"
-    pictures = [image(exhibit.draw_matches(gallery.config), f"matches of frame {letter}")]
-    scans = exhibit.draw_scans()
+def _show(pictured: PicturedFrame, letter: str, place: str, gallery: Gallery) -> Markup:
+    title = f"{letter} \N{MIDDLE DOT} {place} \N{MIDDLE DOT} {pictured.result.state.value.lower()}"
+    if pictured.reason is not None:
+        title += f": {pictured.reason.value}"
+    pictures = [image(pictured.draw_matches(gallery.config), f"matches of frame {letter}")]
+    scans = pictured.draw_scans()
     if scans is not None:
         pictures.append(image(scans, f"scans of frame {letter} over their images"))
-    shapes = exhibit.draw_shapes()
+    shapes = pictured.draw_shapes()
     if shapes is not None:
         pictures.append(image(shapes, f"surfaces of frame {letter}"))
-    return element("div", element("h3", title), element("p", caption(exhibit)), *pictures, class_="frame")
+    return element("div", element("h3", title), element("p", caption(pictured)), *pictures, class_="frame")
 
 
-def caption(exhibit: Exhibit) -> str:
+def caption(pictured: PicturedFrame) -> str:
     """What came of the frame, and by which evidence."""
-    outcome = exhibit.estimate.outcome
+    outcome = pictured.result.outcome
     assert outcome is not None, "the gallery keeps no frame that starts a session"
     evidence = outcome.evidence
-    if exhibit.reason is not None:
-        against = "There was no keyframe yet." if exhibit.target is None else _compared(exhibit)
-        return f"{MEANINGS[exhibit.reason.value]} In figures: {getattr(outcome, 'message', '')}. {against}"
+    if pictured.reason is not None:
+        against = "There was no keyframe yet." if pictured.target is None else _compared(pictured)
+        return f"{MEANINGS[pictured.reason.value]} In figures: {getattr(outcome, 'message', '')}. {against}"
     return (
-        f"{_compared(exhibit)} {evidence.visual_inliers} of {evidence.visual_matches} visual and "
+        f"{_compared(pictured)} {evidence.visual_inliers} of {evidence.visual_matches} visual and "
         f"{evidence.geometric_inliers} of {evidence.geometric_matches} geometric matches agree with the answer. "
         f"{_shares(evidence)}"
     )
 
 
-def _compared(exhibit: Exhibit) -> str:
-    return f"Compared with keyframe {exhibit.estimate.keyframe_id}."
+def _compared(pictured: PicturedFrame) -> str:
+    return f"Compared with keyframe {pictured.result.keyframe_id}."
 
 
 def _shares(evidence: Evidence) -> str:

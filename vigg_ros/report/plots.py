@@ -14,7 +14,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vigg_ros.report.recording import FrameRecord
 from vigg_ros.report.routes import Route, choose_plan
 from vigg_ros.report.series import (
     LOST,
@@ -29,6 +28,7 @@ from vigg_ros.report.series import (
     state_columns,
     totals_ms,
 )
+from vigg_ros.tracking.frame_result import FrameResult
 
 INK, GRID = "#010203", "#040506"
 """Stand for the page's own colours, which differ between light and dark; see ``as_svg``."""
@@ -63,7 +63,7 @@ def as_svg(figure: Figure, name: str) -> str:
     return text.replace(INK, "currentColor").replace(GRID, "var(--line)")
 
 
-def plot_states(frames: Sequence[FrameRecord], axis: Axis, marks: Sequence[tuple[int, str]]) -> Figure:
+def plot_states(frames: Sequence[FrameResult], axis: Axis, marks: Sequence[tuple[int, str]]) -> Figure:
     """A strip of states over time, new keyframes as ticks below it, and letters (frame, letter) above."""
     with matplotlib.rc_context(_STYLE):
         figure, ax = _blank(1.05)
@@ -113,7 +113,7 @@ def _draw_plan(ax: Any, route: Route, right: int, up: int) -> None:
     ax.legend(loc="best", fontsize=8)
 
 
-def plot_errors(errors: NDArray[np.float64], frames: Sequence[FrameRecord], axis: Axis) -> Figure:
+def plot_errors(errors: NDArray[np.float64], frames: Sequence[FrameResult], axis: Axis) -> Figure:
     """Translation (m) and rotation errors (deg) of frames (N, 2) over time; some of them are known."""
     with matplotlib.rc_context(_STYLE):
         figure, (upper, lower) = _blank(3.0, nrows=2, sharex=True)
@@ -126,11 +126,11 @@ def plot_errors(errors: NDArray[np.float64], frames: Sequence[FrameRecord], axis
     return figure
 
 
-def plot_evidence(frames: Sequence[FrameRecord], axis: Axis) -> Figure:
+def plot_evidence(frames: Sequence[FrameResult], axis: Axis) -> Figure:
     """Overlap, consistency and inliers over time; crosses where the frame was lost all the same."""
     with matplotlib.rc_context(_STYLE):
         figure, (upper, lower) = _blank(3.4, nrows=2, sharex=True)
-        answered = np.array([record.is_answered for record in frames])
+        answered = np.array([record.has_pose for record in frames])
         shown = (
             (upper, "overlap", BLUE, "overlap"),
             (upper, "consistency", GREEN, "consistency"),
@@ -153,7 +153,7 @@ def plot_evidence(frames: Sequence[FrameRecord], axis: Axis) -> Figure:
     return figure
 
 
-def plot_times(frames: Sequence[FrameRecord]) -> Figure:
+def plot_times(frames: Sequence[FrameResult]) -> Figure:
     """Median and 95th percentile of each stage and of all together."""
     stages = stage_times_ms(frames)
     with matplotlib.rc_context(_STYLE):
@@ -188,7 +188,7 @@ def _blank(height_in: float, **subplots: Any) -> tuple[Figure, Any]:
     return figure, figure.subplots(**subplots)
 
 
-def _shade(ax: Any, frames: Sequence[FrameRecord], axis: Axis) -> None:
+def _shade(ax: Any, frames: Sequence[FrameResult], axis: Axis) -> None:
     """Mark the times without an answer."""
     unanswered = (state_columns(frames, axis) >= REFUSED).astype(np.int64)
     for missing, start, width in runs(unanswered, axis):

@@ -1,75 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What became of each frame of a recording."""
+"""A replayed bag: what the report and the files are made from."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from vigg_ros.registration.result import Evidence, Registration, Rejection
+from vigg_ros.pipeline import Pipeline
+from vigg_ros.registration.errors import DataError
+from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import StampedPose
-from vigg_ros.tracking.registrar import Estimate
+from vigg_ros.sensors.stamped_pose import decode_pose
+from vigg_ros.tracking.frame_result import FrameResult, State
 
-COLOUR_IMAGES, SCANS = "colour images", "scans"
-
-
-@dataclass(frozen=True, slots=True)
-class FrameRecord:
-    """One frame that was received: a colour image with depth images, a scan with points."""
-
-    stamp_ns: int
-    session: int
-    state: str
-    """A ``State``, or REFUSED for an input that never became a frame."""
-    reason: str
-    """Why there is no pose: a Reason of registration, or the code of a refused input; empty if there is one."""
-    message: str
-    keyframe_id: int | None
-    new_keyframe: bool
-    T_odom_frame: NDArray[np.float64] | None
-    covariance: NDArray[np.float64] | None
-    T_keyframe_frame: NDArray[np.float64] | None
-    evidence: Evidence | None
-    timings_ms: dict[str, float]
-    """Milliseconds per stage; decode and pairing are not in it."""
-    keyframe_stamp_ns: int | None = None
-
-    @property
-    def is_answered(self) -> bool:
-        """Whether the frame got a pose."""
-        return self.T_odom_frame is not None
-
-    @classmethod
-    def of_estimate(cls, estimate: Estimate) -> FrameRecord:
-        """The record of a frame that was given to the Registrar."""
-        outcome = estimate.outcome
-        rejected = outcome if isinstance(outcome, Rejection) else None
-        answer = outcome if isinstance(outcome, Registration) else None
-        return cls(
-            stamp_ns=estimate.stamp_ns,
-            session=estimate.session,
-            state=estimate.state.value,
-            reason="" if rejected is None else rejected.reason.value,
-            message="" if rejected is None else rejected.message,
-            keyframe_id=estimate.keyframe_id,
-            new_keyframe=estimate.new_keyframe,
-            T_odom_frame=estimate.T_odom_frame,
-            covariance=estimate.covariance,
-            T_keyframe_frame=None if answer is None else answer.T_target_source,
-            evidence=None if outcome is None else outcome.evidence,
-            timings_ms=estimate.timings_ms,
-            keyframe_stamp_ns=estimate.keyframe_stamp_ns,
-        )
-
-    @classmethod
-    def of_refusal(cls, stamp_ns: int, session: int, code: str, message: str) -> FrameRecord:
-        """The record of an image that never became a frame."""
-        return cls(stamp_ns, session, "REFUSED", code, message, None, False, None, None, None, None, {})
+LEADING_MESSAGES = {"image": "colour images", "points": "scans"}
+"""By role: the messages of which each becomes a frame, in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,27 +25,56 @@ class Recording:
     """A replayed bag: what was received, what was answered, and what is known of the truth."""
 
     name: str
-    frames: Sequence[FrameRecord]
-    """In order of arrival at the Registrar."""
+    frames: Sequence[FrameResult]
+    """In order of arrival at the Registrar, without images (``FrameResult.kept``)."""
     truth: Sequence[StampedPose]
     """Poses of the sensor by an independent source; empty if there is none."""
     refused: Counter[str]
     """Refused messages of any topic, by code, e.g. broken depth images."""
     notes: Sequence[str]
     """What a user should know: odd inputs that were accepted, losses of the bag."""
-    frame_id: str = ""
-    """The sensor's coordinate frame, as the messages name it."""
-    leaders: str = COLOUR_IMAGES
-    """The messages of which each became a frame: COLOUR_IMAGES or SCANS."""
+    leaders: str = LEADING_MESSAGES["image"]
+    """The messages of which each became a frame, in words."""
 
     @property
-    def answered(self) -> list[FrameRecord]:
+    def answered(self) -> list[FrameResult]:
         """The frames that got a pose."""
-        return [record for record in self.frames if record.is_answered]
+        return [result for result in self.frames if result.has_pose]
 
     @property
     def coverage(self) -> float:
         """Frames answered over frames received; 0 without frames."""
         return len(self.answered) / len(self.frames) if self.frames else 0.0
 
+    @property
+    def frame_id(self) -> str:
+        """The sensor's coordinate frame, as the last messages name it; empty without frames."""
+        return next((result.frame_id for result in reversed(self.frames) if result.state.was_registered), "")
 
+
+class Replay:
+    """A loop over a pipeline in which every frame is processed; the truth goes beside it."""
+
+    def __init__(self, pipeline: Pipeline) -> None:
+        self._pipeline = pipeline
+        self.truth: list[StampedPose] = []
+
+    def run(self, messages: Iterable[tuple[Role, Any]]) -> Iterator[FrameResult]:
+        """A result for each leading message, in the order in which they are settled."""
+        for role, message in messages:
+            if role == "ground_truth":
+                self._take_truth(message)
+            else:
+                yield from self._pipeline.feed(role, message)
+        yield from self._pipeline.flush()
+
+    def _take_truth(self, message: Any) -> None:
+        try:
+            self.truth.append(decode_pose(message))
+        except DataError as error:
+            self._pipeline.refused[error.code] += 1
+
+
+def is_refused(result: FrameResult) -> bool:
+    """Whether the message never became a frame; its stamp proves nothing then."""
+    return result.state is State.REFUSED

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.ground_truth import true_trajectory
-from vigg_ros.report.recording import FrameRecord, Recording
+from vigg_ros.report.recording import Recording
 from vigg_ros.report.series import positions, time_axis
 from vigg_ros.report.trajectory import Trajectory, interpolate
+from vigg_ros.tracking.frame_result import FrameResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ def frame_errors(recording: Recording, metrics: TrajectoryMetrics) -> NDArray[np
         for stamp_ns, *pair in zip(errors.stamps_ns, errors.translation_m, errors.rotation_deg, strict=True):
             known[one.session, int(stamp_ns)] = pair
     unknown = [np.nan, np.nan]
-    rows = [known.get((r.session, r.stamp_ns), unknown) if r.is_answered else unknown for r in recording.frames]
+    rows = [known.get((r.session, r.stamp_ns), unknown) if r.has_pose else unknown for r in recording.frames]
     return np.array(rows).reshape(-1, 2)
 
 
@@ -85,7 +86,7 @@ def _alignment(session: int, metrics: TrajectoryMetrics | None) -> NDArray[np.fl
 
 
 def _true_positions(
-    frames: Sequence[FrameRecord], truth: Trajectory, T_truth_estimate: NDArray[np.float64] | None
+    frames: Sequence[FrameResult], truth: Trajectory, T_truth_estimate: NDArray[np.float64] | None
 ) -> NDArray[np.float64]:
     """True positions (N, 3) of frames in the odometry frame; NaN where they are not known."""
     if T_truth_estimate is None:

@@ -14,6 +14,7 @@ from vigg_ros.bags.reader import BagReader, Topic
 from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import GeometricConfig, InputConfig
+from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.sensors.input_decoder import InputDecoder, Role
 from vigg_ros.sensors.observation import (
     Calibration,
@@ -49,14 +50,7 @@ Samples = Mapping[Role, Sample]
 def take_samples(reader: BagReader, choice: TopicChoice, config: InputConfig) -> dict[Role, Sample]:
     """Samples of the chosen topics, in the order: image, calibration, depth or points, truth."""
     decoder = InputDecoder(config, choice.image.name)
-    chosen: dict[Role, Topic | None] = {
-        "image": choice.image,
-        "camera_info": choice.camera_info,
-        "depth": choice.depth,
-        "points": choice.points,
-        "ground_truth": choice.ground_truth,
-    }
-    return {role: _take(reader, decoder, role, topic) for role, topic in chosen.items() if topic is not None}
+    return {role: _take(reader, decoder, role, topic) for role, topic in chosen_topics(choice).items()}
 
 
 def _take(reader: BagReader, decoder: InputDecoder, role: Role, topic: Topic) -> Sample:

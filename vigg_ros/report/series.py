@@ -10,17 +10,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.report.recording import FrameRecord
+from vigg_ros.report.recording import is_refused
+from vigg_ros.tracking.frame_result import FrameResult, State
 
-COLUMNS = 800
+STRIP_COLUMNS = 800
 """Columns of a strip: about the pixels that it is shown on."""
 
 NO_FRAME, TRACKING, RELOCALISED, REFUSED, LOST = range(5)
 """What a column shows; where several frames share it, the one that matters most."""
 
 _KINDS = {
-    "STARTED": TRACKING, "TRACKING": TRACKING, "RELOCALISED": RELOCALISED, "REFUSED": REFUSED, "LOST": LOST,
-}  # fmt: skip
+    State.STARTED: TRACKING,
+    State.TRACKING: TRACKING,
+    State.RELOCALISED: RELOCALISED,
+    State.REFUSED: REFUSED,
+    State.LOST: LOST,
+}
 
 LONG_GAP = 5.0
 """A frame stands for the time to the next one, but not for more than so many usual intervals."""
@@ -58,14 +63,14 @@ class Axis:
         return float(np.median(steps[steps > 0])) if (steps > 0).any() else 1.0
 
 
-def time_axis(frames: Sequence[FrameRecord]) -> Axis:
+def time_axis(frames: Sequence[FrameResult]) -> Axis:
     """Seconds since the first frame; frame numbers where the clock does not run forward.
 
     The stamps of refused images prove nothing (they may be the very reason): each is kept only as far as
     it lies between those of the frames around it, or as near to the first or last as their number allows.
     """
     stamps = np.array([record.stamp_ns for record in frames], np.int64)
-    good = np.array([record.state != "REFUSED" for record in frames], bool)
+    good = np.array([not is_refused(record) for record in frames], bool)
     if not good.any() or (np.diff(stamps[good]) < 0).any():
         return Axis(np.arange(len(frames), dtype=np.float64), is_time=False)
     rows = np.flatnonzero(good)
@@ -78,15 +83,15 @@ def time_axis(frames: Sequence[FrameRecord]) -> Axis:
     return Axis((at - at[0]) / 1e9, is_time=True)
 
 
-def state_columns(frames: Sequence[FrameRecord], axis: Axis) -> NDArray[np.int64]:
-    """What each of COLUMNS equal parts of the axis shows, NO_FRAME to LOST."""
-    columns = np.zeros(COLUMNS, np.int64)
+def state_columns(frames: Sequence[FrameResult], axis: Axis) -> NDArray[np.int64]:
+    """What each of STRIP_COLUMNS equal parts of the axis shows, NO_FRAME to LOST."""
+    columns = np.zeros(STRIP_COLUMNS, np.int64)
     if not frames:
         return columns
     start, end = axis.range
     ends = np.minimum(np.append(axis.values[1:], end), axis.values + LONG_GAP * axis.step)
-    scale = COLUMNS / (end - start)
-    first = np.minimum(((axis.values - start) * scale).astype(int), COLUMNS - 1)
+    scale = STRIP_COLUMNS / (end - start)
+    first = np.minimum(((axis.values - start) * scale).astype(int), STRIP_COLUMNS - 1)
     last = np.maximum(((ends - start) * scale).astype(int), first + 1)
     for record, a, b in zip(frames, first, last, strict=True):
         columns[a:b] = np.maximum(columns[a:b], _KINDS[record.state])
@@ -102,24 +107,24 @@ def runs(columns: NDArray[np.int64], axis: Axis) -> list[tuple[int, float, float
     return [(int(columns[a]), start + a * width, (b - a) * width) for a, b in zip(begins, ends, strict=True)]
 
 
-def evidence_series(frames: Sequence[FrameRecord], name: str) -> NDArray[np.float64]:
+def evidence_series(frames: Sequence[FrameResult], name: str) -> NDArray[np.float64]:
     """One figure of the evidence (N,), NaN where there is none."""
     return np.array([np.nan if record.evidence is None else float(getattr(record.evidence, name)) for record in frames])
 
 
-def positions(frames: Sequence[FrameRecord]) -> NDArray[np.float64]:
+def positions(frames: Sequence[FrameResult]) -> NDArray[np.float64]:
     """Positions (N, 3), metres, in the odometry frame of each one's session; NaN for unanswered frames."""
     nowhere = np.full(3, np.nan)
     rows = [nowhere if r.T_odom_frame is None else r.T_odom_frame[:3, 3] for r in frames]
     return np.array(rows).reshape(-1, 3)
 
 
-def totals_ms(frames: Sequence[FrameRecord]) -> NDArray[np.float64]:
+def totals_ms(frames: Sequence[FrameResult]) -> NDArray[np.float64]:
     """Milliseconds of all stages together of each frame (M,) that got as far as any stage."""
     return np.array([sum(record.timings_ms.values()) for record in frames if record.timings_ms])
 
 
-def stage_times_ms(frames: Sequence[FrameRecord]) -> dict[str, NDArray[np.float64]]:
+def stage_times_ms(frames: Sequence[FrameResult]) -> dict[str, NDArray[np.float64]]:
     """Milliseconds (M,) of each stage, 0 where a frame did not come to it, in order of first use."""
     timed = [record.timings_ms for record in frames if record.timings_ms]
     stages = dict.fromkeys(stage for timings_ms in timed for stage in timings_ms)

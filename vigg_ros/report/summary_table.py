@@ -35,7 +35,7 @@ def _keyframes(recording: Recording) -> int:
 
 
 def _unanswered(recording: Recording) -> list[tuple[str, str]]:
-    reasons = Counter(f"{record.state} {record.reason}" for record in recording.frames if not record.is_answered)
+    reasons = Counter(f"{record.state.value} {record.reason}" for record in recording.frames if not record.has_pose)
     if not reasons:
         return []
     return [("without a pose", ", ".join(f"{reason}: {count}" for reason, count in reasons.most_common()))]

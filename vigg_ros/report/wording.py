@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.ground_truth import truth_frame_note, why_no_errors
@@ -16,19 +17,11 @@ from vigg_ros.report.html import Markup, element, table, tile
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.series import Axis, totals_ms
 from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, Errors, Spread
+from vigg_ros.tracking.frame_result import State
 
-MEANINGS = {
-    "NO_DEPTH": "Too few 3-D points: is depth missing, out of range, in another unit, or a scan outside the image?",
-    "NO_TEXTURE": "Too few distinct spots in the image that have depth: a bare wall, darkness or blur.",
-    "TOO_FEW_MATCHES": "The frame has too little in common with the keyframes it was compared with.",
-    "TOO_FEW_INLIERS": "Too few matches agree with the best motion that was found.",
-    "DEGENERATE": "What both frames see leaves a direction of motion open, as along a bare corridor.",
-    "LOW_OVERLAP": "Too little of the surfaces coincides: the view changed too much, or the motion is wrong.",
-    "CONFLICT": "Surfaces lie where the other frame saw none: things moved, or the motion is wrong.",
-    "AMBIGUOUS": "Another motion explains the frames nearly as well, as where shapes and textures repeat.",
-    "NOT_FINITE": "The numbers ran out of bounds; please report this with the two frames.",
-}
-"""By reason of registration. Refused inputs say themselves what was found and what was expected."""
+MEANINGS = {reason.value: explanation.meaning for reason, explanation in EXPLANATIONS.items()}
+REMEDIES = {reason.value: explanation.remedy for reason, explanation in EXPLANATIONS.items()}
+"""By reason of registration. Refused inputs say themselves what was found, what was expected, and what to do."""
 
 
 def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
@@ -53,8 +46,8 @@ def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
 
 def coverage_tile(recording: Recording) -> Markup:
     """Frames answered over frames received."""
-    lost = sum(record.state == "LOST" for record in recording.frames)
-    refused = sum(record.state == "REFUSED" for record in recording.frames)
+    lost = sum(record.state is State.LOST for record in recording.frames)
+    refused = sum(record.state is State.REFUSED for record in recording.frames)
     said = f"of {len(recording.frames)} {recording.leaders} received; {lost} lost, {refused} refused"
     return tile("answered", f"{recording.coverage:.1%}", said)
 
@@ -109,13 +102,15 @@ def unanswered_table(recording: Recording, axis: Axis) -> Markup:
     """Why frames got no pose: how often, where first, what that means, and what was said."""
     groups: dict[tuple[str, str], list[int]] = {}
     for place, record in enumerate(recording.frames):
-        if not record.is_answered:
-            groups.setdefault((record.state, record.reason), []).append(place)
+        if not record.has_pose:
+            groups.setdefault((record.state.value, record.reason), []).append(place)
     rows = []
     for (state, reason), places in sorted(groups.items(), key=lambda group: -len(group[1])):
         share = len(places) / len(recording.frames)
         count = f"{len(places)} ({share:.1%})"
-        meaning = MEANINGS.get(reason, f"One of the {recording.leaders} could not be made into a frame.")
+        meaning = f"{MEANINGS[reason]} Remedy: {REMEDIES[reason]}." if reason in MEANINGS else (
+            f"One of the {recording.leaders} could not be made into a frame."
+        )
         said = recording.frames[places[0]].message
         rows.append((element("b", reason or state), state.lower(), count, axis.place(places[0]), meaning, said))
     heading = ("reason", "", "frames", "first at", "what it means", "what was said of the first")

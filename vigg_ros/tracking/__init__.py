@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames over time: pairing, keyframes, and the chain of poses. The only rooms with memory."""
 
-from vigg_ros.tracking.assembly import FrameAssembler, Match, Refusal, SyncedFrame
+from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame, SyncedMessages
+from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe
-from vigg_ros.tracking.registrar import Attempt, Estimate, Registrar, State
+from vigg_ros.tracking.registrar import Registrar
 
 __all__ = [
-    "Attempt", "Estimate", "FrameAssembler", "Keyframe", "Match", "Refusal", "Registrar", "State", "SyncedFrame",
+    "Comparison", "FrameAssembler", "FrameResult", "Keyframe", "Refusal", "Registrar", "State",
+    "SyncedFrame", "SyncedMessages",
 ]

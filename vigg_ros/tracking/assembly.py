@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.options import PairingConfig
-from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
 from vigg_ros.tracking.extrinsics import Lookup
-from vigg_ros.tracking.pairing import Pair, Pairing, Unpaired
+from vigg_ros.tracking.pairing import Pairing, SyncedPair
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +41,10 @@ class Refusal:
 Assembled = SyncedFrame | Refusal
 Leader = ColourImage | PointCloud
 Follower = DepthImage | ColourImage
-_Outcome = Pair[Leader, Follower] | Unpaired[Leader]
 
 
 @dataclass(frozen=True, slots=True)
-class Match:
+class SyncedMessages:
     """Two messages of the same moment with the calibration that held then: all that a frame is made of."""
 
     leader: Leader
@@ -69,26 +67,22 @@ class FrameAssembler:
     """
 
     def __init__(self, config: PairingConfig, extrinsics: Lookup | None = None) -> None:
-        self._slop_ns, self._queue_size = round(config.sync_slop_s * NS_PER_S), config.queue_size
-        self._pairing: Pairing[Leader, Follower] = Pairing(self._slop_ns, self._queue_size)
-        self._waiting: deque[_Outcome] = deque()
+        self._config = config
+        self._pairing: Pairing[Leader, Follower] = Pairing(config)
+        self._waiting: deque[SyncedPair[Leader, Follower]] = deque()
         self._extrinsics = extrinsics
         self._calibration: Calibration | None = None
-        self._changes = 0
-        self._loops_before = 0
+        self._camera_changes = 0
+        self._loop_offset = 0
         self._session = (0, 0)
 
-    def add(self, observation: Observation) -> list[Assembled]:
-        """Frames and refusals that are certain once this observation is known."""
-        return [self._assemble(found) for found in self.match(observation)]
-
-    def flush(self) -> list[Assembled]:
+    def remaining(self) -> list[SyncedMessages | Refusal]:
         """What is left at the end of a recording."""
         self._waiting.extend(self._pairing.flush())
-        return [self._assemble(found) for found in self._release(at_end=True)]
+        return self._release(at_end=True)
 
-    def match(self, observation: Observation) -> list[Match | Refusal]:
-        """As ``add``, but frames are not built yet: that takes time, which is saved for those that are dropped."""
+    def synchronize(self, observation: Observation) -> list[SyncedMessages | Refusal]:
+        """What is certain once this observation is known. No frame is built yet: those that are dropped need not be."""
         try:
             if isinstance(observation, Calibration):
                 self._calibrate(observation)
@@ -97,29 +91,28 @@ class FrameAssembler:
             elif isinstance(observation, (ColourImage, DepthImage)):
                 self._waiting.extend(self._pairing.add_second(observation.stamp_ns, observation))
         except DataError as error:
-            return [Refusal(observation.stamp_ns, error.code, str(error), self._number(), self._leads(observation))]
+            return [Refusal(observation.stamp_ns, error.code, str(error), self.session, self._leads(observation))]
         return self._release()
 
-    def restart(self) -> list[Match | Refusal]:
-        """Forget all stamps, as before a recording; the calibration holds on. What waited is returned, unbuilt."""
-        self._waiting.extend(self._pairing.flush())
-        waiting = self._release(at_end=True)
-        self._pairing = Pairing(self._slop_ns, self._queue_size)
-        self._loops_before = self._session[0]
+    def restart(self) -> list[SyncedMessages | Refusal]:
+        """Forget all stamps, as before a recording; the calibration holds on. What waited is returned."""
+        waiting = self.remaining()
+        self._pairing = Pairing(self._config)
+        self._loop_offset = self._session[0]
         return waiting
 
-    def build(self, match: Match) -> Assembled:
-        """The frame of a match, or why there is none. May run in another thread than ``match``."""
+    def build(self, messages: SyncedMessages) -> Assembled:
+        """The frame of two messages, or why there is none. May run in another thread than ``synchronize``."""
         try:
-            frame = self._build(match)
+            frame = self._build(messages)
         except DataError as error:
-            return Refusal(match.stamp_ns, error.code, str(error), match.session)
-        return SyncedFrame(frame, match.leader.frame_id, match.session)
+            return Refusal(messages.stamp_ns, error.code, str(error), messages.session)
+        return SyncedFrame(frame, messages.leader.frame_id, messages.session)
 
     @property
     def session(self) -> int:
         """The session of what was released last."""
-        return self._number()
+        return sum(self._session)
 
     def _leads(self, observation: Observation) -> bool:
         return isinstance(observation, ColourImage if self._extrinsics is None else PointCloud)
@@ -128,30 +121,28 @@ class FrameAssembler:
         old = self._calibration
         self._calibration = calibration
         if old is not None and not old.same_camera(calibration):
-            self._changes += 1
+            self._camera_changes += 1
 
-    def _release(self, *, at_end: bool = False) -> list[Match | Refusal]:
-        released: list[Match | Refusal] = []
+    def _release(self, *, at_end: bool = False) -> list[SyncedMessages | Refusal]:
+        released: list[SyncedMessages | Refusal] = []
         while self._waiting:
-            ready = self._calibration is not None or at_end or len(self._waiting) > self._queue_size
-            if not ready and isinstance(self._waiting[0], Pair):
+            ready = self._calibration is not None or at_end or len(self._waiting) > self._config.queue_size
+            if not ready and self._waiting[0].second is not None:
                 break
-            released.append(self._settle(self._waiting.popleft()))
+            released.append(self._release_pair(self._waiting.popleft()))
         return released
 
-    def _settle(self, outcome: _Outcome) -> Match | Refusal:
-        self._session = max(self._session, (self._loops_before + outcome.loop, self._changes))
-        if isinstance(outcome, Unpaired):
-            message = f"no {self._partner()} has a stamp within sync_slop_s, nearer to this one than to its neighbours"
-            return Refusal(outcome.first.stamp_ns, "UNPAIRED", message, self._number())
-        return Match(outcome.first, outcome.second, self._calibration, self._number())
+    def _release_pair(self, pair: SyncedPair[Leader, Follower]) -> SyncedMessages | Refusal:
+        self._session = max(self._session, (self._loop_offset + pair.loop, self._camera_changes))
+        if pair.second is None:
+            partner = "depth image" if self._extrinsics is None else "colour image"
+            message = f"no {partner} has a stamp within sync_slop_s, or those that have belong to other frames"
+            return Refusal(pair.first.stamp_ns, "UNPAIRED", message, self.session)
+        return SyncedMessages(pair.first, pair.second, self._calibration, self.session)
 
-    def _assemble(self, found: Match | Refusal) -> Assembled:
-        return self.build(found) if isinstance(found, Match) else found
-
-    def _build(self, match: Match) -> Frame:
-        leader, follower = match.leader, match.follower
-        if match.calibration is None:
+    def _build(self, messages: SyncedMessages) -> Frame:
+        leader, follower = messages.leader, messages.follower
+        if messages.calibration is None:
             raise DataError(
                 "NO_CALIBRATION",
                 found="images without a CameraInfo",
@@ -160,15 +151,9 @@ class FrameAssembler:
             )
         if isinstance(leader, PointCloud):
             assert isinstance(follower, ColourImage), "scans are paired with images"
-            return scan_frame(leader, follower, match.calibration, self._extrinsics)
+            return scan_frame(leader, follower, messages.calibration, self._extrinsics)
         assert isinstance(follower, DepthImage), "images are paired with depth"
-        return depth_frame(leader, follower, match.calibration)
-
-    def _partner(self) -> str:
-        return "depth image" if self._extrinsics is None else "colour image"
-
-    def _number(self) -> int:
-        return sum(self._session)
+        return depth_frame(leader, follower, messages.calibration)
 
 
 def depth_frame(colour: ColourImage, depth: DepthImage, calibration: Calibration) -> Frame:

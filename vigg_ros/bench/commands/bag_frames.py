@@ -16,10 +16,12 @@ from vigg_ros.bags.topics import TopicChoice, choose_topics
 from vigg_ros.bench.commands.benchmark import read_frames
 from vigg_ros.bench.frame_cache import HeldLook
 from vigg_ros.bench.pairs import Posed
+from vigg_ros.cli.bag_input import find_extrinsics, read_truth, requested_topics
 from vigg_ros.cli.console import UsageError
-from vigg_ros.cli.replay import find_extrinsics, read_truth, requested_topics
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration import Config
 from vigg_ros.registration.errors import DataError
+from vigg_ros.report.bag_messages import read_messages
 from vigg_ros.report.ground_truth import true_trajectory
 from vigg_ros.report.trajectory import Trajectory, interpolate
 from vigg_ros.sensors.stamped_pose import decode_pose
@@ -34,7 +36,8 @@ def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callabl
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
         extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
         truth = _truth(arguments, reader, choice)
-        frames = read_frames(reader, choice, config, extrinsics)
+        pipeline = Pipeline(config, extrinsics, topics={"image": choice.image.name})
+        frames = read_frames(pipeline, read_messages(reader, choice))
         held = [(number, frame) for number, frame in enumerate(frames) if is_wanted(number)]
     found, known = interpolate(truth, np.array([frame.stamp_ns for _, frame in held], np.int64))
     poses = iter(found.T_world_sensor)

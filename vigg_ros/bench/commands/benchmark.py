@@ -10,7 +10,7 @@ import sys
 import time
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import nullcontext, suppress
 from functools import partial
 from itertools import islice
@@ -21,25 +21,20 @@ import cv2
 import numpy as np
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicChoice, choose_topics
+from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.bench.growth import REPEATS, SIZES, measure
 from vigg_ros.bench.growth_plot import draw_growth
-from vigg_ros.cli.config_arguments import add_config_arguments, choose_config
+from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments, open_bag
+from vigg_ros.cli.config_arguments import add_config_arguments
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
-from vigg_ros.cli.replay import (
-    add_extrinsics_argument,
-    add_topic_arguments,
-    find_extrinsics,
-    requested_topics,
-)
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
-from vigg_ros.report.source import BagSource, RefusedMessage, message_roles
-from vigg_ros.sensors.input_decoder import InputDecoder
-from vigg_ros.sensors.observation import StampedPose
-from vigg_ros.tracking.assembly import Assembled, FrameAssembler, SyncedFrame
-from vigg_ros.tracking.extrinsics import Lookup
+from vigg_ros.report.bag_messages import chosen_topics
+from vigg_ros.sensors.input_decoder import InputDecoder, Role
+from vigg_ros.tracking.assembly import SyncedFrame, SyncedMessages
+from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros.tracking.registrar import Registrar
 
 WARM_UP = 3
@@ -73,13 +68,11 @@ def run(arguments: Namespace) -> ExitCode:
         return run_growth(arguments.plot)
     if not arguments.bag:
         raise UsageError("nothing to measure: name a BAG, or give --growth")
-    with BagReader(Path(arguments.bag)) as reader:
-        choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
-        chosen = choose_config(arguments, reader, choice)
+    with open_bag(arguments.bag, arguments) as source:
+        chosen = source.chosen
         config = chosen.config
-        extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
-        decoding = time_decoding(reader, choice, config)
-        frames = list(islice(read_frames(reader, choice, config, extrinsics), arguments.frames + WARM_UP))
+        decoding = time_decoding(source.reader, source.choice, config)
+        frames = list(islice(read_frames(source.pipeline(), source.messages()), arguments.frames + WARM_UP))
     if len(frames) <= WARM_UP:
         raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP}")
     profile = cProfile.Profile() if arguments.profile else None
@@ -99,17 +92,19 @@ def run(arguments: Namespace) -> ExitCode:
     return ExitCode.OK
 
 
-def read_frames(reader: BagReader, choice: TopicChoice, config: Config, extrinsics: Lookup | None) -> Iterator[Frame]:
+def read_frames(pipeline: Pipeline, messages: Iterable[tuple[Role, Any]]) -> Iterator[Frame]:
     """The frames that a replay would register."""
-    assembler = FrameAssembler(config.pairing, extrinsics)
-    for item in BagSource(reader, choice, config.input):
-        if not isinstance(item, (RefusedMessage, StampedPose)):
-            yield from _made(assembler.add(item))
-    yield from _made(assembler.flush())
+    found = (pipeline.receive(role, message).found for role, message in messages if role != "ground_truth")
+    for part in found:
+        yield from _built(pipeline, part)
+    yield from _built(pipeline, pipeline.remaining())
 
 
-def _made(assembled: list[Assembled]) -> Iterator[Frame]:
-    return (one.frame for one in assembled if isinstance(one, SyncedFrame))
+def _built(pipeline: Pipeline, found: Iterable[FrameResult | SyncedMessages]) -> Iterator[Frame]:
+    for one in found:
+        made = one if isinstance(one, FrameResult) else pipeline.build(one)
+        if isinstance(made, SyncedFrame):
+            yield made.frame
 
 
 def run_growth(plot: str | None) -> ExitCode:
@@ -160,10 +155,10 @@ def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Tim
     """Message to observation, for each topic; messages that are refused are left out, as in a replay."""
     decoder = InputDecoder(config.input, choice.image.name)
     times: Times = defaultdict(list)
-    for topic, role in message_roles(choice).items():
-        for item in islice(reader.messages([topic], order="log"), MESSAGES):
+    for role, topic in chosen_topics(choice).items():
+        for item in islice(reader.messages([topic.name], order="log"), MESSAGES):
             with suppress(DataError):
-                times[f"{topic} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
+                times[f"{topic.name} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
     return times
 
 

@@ -22,9 +22,9 @@ from vigg_ros.bench.datasets.convert import LAYOUTS, open_dataset
 from vigg_ros.bench.pair_results import INDOOR, OUTDOOR
 from vigg_ros.bench.pairs import PROTOCOLS, Posed, Protocol, Wanted, choose, pairs_listed, posed_frames
 from vigg_ros.bench.runner import Plan
+from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments
 from vigg_ros.cli.config_arguments import load_config
 from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, positive_int
-from vigg_ros.cli.replay import add_extrinsics_argument, add_topic_arguments
 from vigg_ros.registration import Config
 from vigg_ros.registration.geometry import ProjectedScan
 

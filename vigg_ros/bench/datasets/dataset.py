@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vigg_ros.bags.trajectories import DatasetPose
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import BagError
+from vigg_ros.tracking.pairing import assign
 
 NO_DEPTH_RAW = 65535
 """Besides 0, what 16-bit depth images of Kinects hold where there is no depth."""
@@ -79,12 +80,10 @@ class Dataset:
     notes: tuple[str, ...] = ()
 
     def frames(self) -> tuple[DatasetFrame, ...]:
-        """Each image with the depth or scan taken nearest to it; images without are left out.
-
-        Two images never share a depth image: the nearest of both keeps it.
-        """
+        """Each image with a depth image or scan of its own, assigned as in a replay; images without are left out."""
         others = self.scans or self.depths
-        pairs = mutual_nearest(_stamps(self.images), _stamps(others), self.slop_ns)
+        partners = assign(_stamps(self.images), _stamps(others), self.slop_ns)
+        pairs = [(index, other) for index, other in enumerate(partners) if other is not None]
         # Results are in the frame of the points; so with scans it is the scan's stamp that counts.
         timed = [others[other] if self.scans else self.images[index] for index, other in pairs]
         poses = nearest(_stamps(timed), [pose.stamp_ns for pose in self.poses], self.slop_ns)
@@ -123,13 +122,6 @@ def nearest(stamps_ns: Sequence[int], others_ns: Sequence[int], slop_ns: int) ->
     best = np.where(np.abs(others[before] - stamps) <= np.abs(others[after] - stamps), before, after)
     close = np.abs(others[best] - stamps) <= slop_ns
     return [int(index) if near else None for index, near in zip(best, close, strict=True)]
-
-
-def mutual_nearest(stamps_ns: Sequence[int], others_ns: Sequence[int], slop_ns: int) -> list[tuple[int, int]]:
-    """Pairs of indices that are each other's nearest stamps within the slop; both sequences are sorted."""
-    back = nearest(others_ns, stamps_ns, slop_ns)
-    pairs = enumerate(nearest(stamps_ns, others_ns, slop_ns))
-    return [(index, other) for index, other in pairs if other is not None and back[other] == index]
 
 
 def load_image(path: Path, camera: Camera) -> NDArray[np.uint8]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.kernels.compilation import compiled
-from vigg_ros.registration.limits import MAX_CELLS_PER_AXIS
+from vigg_ros.registration.options import MAX_CELLS_PER_AXIS
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The verdict on evidence made by hand: each lack is refused by its own name, and all of them are asked for."""
+"""The verdict on evidence made by hand: each objection has its own reason, and all of them are asked for."""
 
 from __future__ import annotations
 
@@ -11,22 +11,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vigg_ros.acceptance import checks as verification
-from vigg_ros.acceptance.agreement import Candidate, Pair
-from vigg_ros.acceptance.checks import (
-    MAX_RIVALS,
-    carries,
-    contenders,
-    is_clear,
-    is_supported,
+from vigg_ros.acceptance import ranking
+from vigg_ros.acceptance.agreement import Agreement, Candidate, Pair
+from vigg_ros.acceptance.checks import is_supported
+from vigg_ros.acceptance.ranking import (
+    MAX_COMPETITORS,
+    best_and_competitors,
+    competition,
+    has_decisive_winner,
+    is_decisive,
     judge,
-    rivalry,
 )
 from vigg_ros.registration import Config, Evidence, Reason, Registration, Rejection
 from vigg_ros.registration.cliques import Hypotheses
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.refinement import Fit
-from vigg_ros.registration.visibility import Agreement
 from vigg_ros_testing.registration_samples import motion
 
 CONFIG = Config()
@@ -68,9 +67,9 @@ def verdict(
 ) -> Registration | Rejection:
     """What ``judge`` says when the frames agree under each motion as the candidate says."""
     by_motion = {one.T_target_source.tobytes(): one for one, _ in fits} | (seen or {})
-    monkeypatch.setattr(verification, "likeness", lambda pair, T: alike)
-    monkeypatch.setattr(verification, "repeated_motion", lambda pair, T: repeated)
-    monkeypatch.setattr(verification, "assess", lambda pair, T: by_motion[T.tobytes()])
+    monkeypatch.setattr(ranking, "photometric_correlation", lambda pair, T: alike)
+    monkeypatch.setattr(ranking, "repeated_motion", lambda pair, T: repeated)
+    monkeypatch.setattr(ranking, "assess", lambda pair, T: by_motion[T.tobytes()])
     points, rows = np.zeros((VISUAL, 3)), np.arange(VISUAL)
     visual = Matches(points, points, np.ones(VISUAL), rows, 1000 + rows)
     target, source = (SimpleNamespace(keypoints=SimpleNamespace(pixels=pixels(v))) for v in (0, 1))
@@ -97,7 +96,7 @@ def test_a_sound_answer_is_given_with_its_evidence(monkeypatch: pytest.MonkeyPat
     assert evidence.conflict == pytest.approx(0.02 / 0.62)
 
 
-LACKS: dict[str, tuple[dict[str, float], dict[str, float], Reason]] = {
+OBJECTIONS: dict[str, tuple[dict[str, float], dict[str, float], Reason]] = {
     "a position free": ({}, {"deviation_m": 0.101}, Reason.DEGENERATE),
     "an angle free": ({}, {"deviation_deg": 5.1}, Reason.DEGENERATE),
     "a direction without end": ({}, {"deviation_m": np.inf}, Reason.DEGENERATE),
@@ -110,17 +109,17 @@ LACKS: dict[str, tuple[dict[str, float], dict[str, float], Reason]] = {
 }
 
 
-@pytest.mark.parametrize(("shown", "fitted", "reason"), LACKS.values(), ids=LACKS)
-def test_each_lack_has_its_name(
+@pytest.mark.parametrize(("shown", "fitted", "reason"), OBJECTIONS.values(), ids=OBJECTIONS)
+def test_each_objection_has_its_reason(
     shown: dict[str, Any], fitted: dict[str, Any], reason: Reason, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lacking = candidate(**shown)
-    found = verdict(monkeypatch, (lacking, fit(lacking, **fitted)))
+    poor_one = candidate(**shown)
+    found = verdict(monkeypatch, (poor_one, fit(poor_one, **fitted)))
     assert isinstance(found, Rejection), found
     assert found.reason is reason
     assert "expected" in found.message or "agree" in found.message
     assert found.evidence.keypoints == 7
-    assert is_supported(lacking, CONFIG) == (reason is Reason.DEGENERATE or "pairs" in fitted)
+    assert is_supported(poor_one.described_by(Evidence()), CONFIG) == (reason is Reason.DEGENERATE or "pairs" in fitted)
 
 
 @pytest.mark.parametrize(("alike", "answered"), [(0.31, True), (0.29, False), (-0.5, False), (np.nan, True)])
@@ -131,13 +130,13 @@ def test_shapes_that_agree_are_not_believed_against_the_images(
     shaped, seen = candidate(visual=5), candidate(visual=60)
     found = verdict(monkeypatch, (shaped, fit(shaped)), alike=alike)
     assert isinstance(found, Registration) == answered
-    assert found.evidence.likeness == pytest.approx(alike, nan_ok=True)
+    assert found.evidence.photometric_correlation == pytest.approx(alike, nan_ok=True)
     if isinstance(found, Rejection):
         assert found.reason is Reason.CONFLICT
         assert "correlation" in found.message
     clear = verdict(monkeypatch, (seen, fit(seen)), alike=alike)
     assert isinstance(clear, Registration)
-    assert np.isnan(clear.evidence.likeness)
+    assert np.isnan(clear.evidence.photometric_correlation)
 
 
 def test_what_is_not_finite_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -170,7 +169,7 @@ def test_the_best_supported_fit_is_the_answer(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize(
     ("shown", "answered"), [({}, False), ({"hidden": 0.45}, True), ({"in_front": 0.2, "hidden": 0.0}, True)]
 )
-def test_a_repeated_motion_is_a_rival_unless_the_surfaces_know_better(
+def test_a_repeated_motion_competes_unless_the_surfaces_know_better(
     shown: dict[str, float], answered: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here, shifted = candidate(0.0), candidate(0.5, **shown)
@@ -190,29 +189,29 @@ def test_two_answers_that_explain_as_much_are_ambiguous(monkeypatch: pytest.Monk
     assert isinstance(found, Rejection)
     assert found.reason is Reason.AMBIGUOUS
     assert found.evidence.runner_up >= 1
-    # The same answer twice is no rival of itself, and neither is one with a fraction of the matches.
+    # The same answer twice is no competitor of itself, and neither is one with a fraction of the matches.
     for other in (candidate(0.05, visual=45), candidate(1.2, visual=10, geometric=20)):
         assert isinstance(verdict(monkeypatch, (here, fit(here)), (other, fit(other))), Registration)
 
 
-def test_rivalry_is_the_lesser_of_surface_and_matches() -> None:
+def test_competition_is_the_lesser_of_surface_and_matches() -> None:
     best = candidate(0.0)
     # Balance 0.53 against 0.265: half, of which 0.75 are asked for. Matches 140 against 126: 0.9 of 0.6.
     half = candidate(1.0, overlap=0.335, visual=46)
-    assert rivalry(half, best, CONFIG) == pytest.approx(0.5 / 0.75)
+    assert competition(half, best, CONFIG) == pytest.approx(0.5 / 0.75)
     few = candidate(1.0, visual=2, geometric=40)
-    assert rivalry(few, best, CONFIG) == pytest.approx(0.3 / 0.6)
-    assert rivalry(candidate(1.0, overlap=0.05), best, CONFIG) == 0, "a negative balance is no support"
-    assert rivalry(candidate(0.29), best, CONFIG) == 0, "three thresholds apart is the same answer"
+    assert competition(few, best, CONFIG) == pytest.approx(0.3 / 0.6)
+    assert competition(candidate(1.0, overlap=0.05), best, CONFIG) == 0, "a negative balance is no support"
+    assert competition(candidate(0.29), best, CONFIG) == 0, "three thresholds apart is the same answer"
 
 
-def test_contenders_are_the_best_and_its_rivals() -> None:
+def test_the_best_is_followed_by_its_competitors() -> None:
     best = candidate(0.0, overlap=0.7)
-    rivals = [candidate(float(x), overlap=0.6 - 0.01 * x) for x in range(1, MAX_RIVALS + 2)]
+    competitors = [candidate(float(x), overlap=0.6 - 0.01 * x) for x in range(1, MAX_COMPETITORS + 2)]
     lesser, twin = candidate(9.0, overlap=0.2), candidate(0.1, overlap=0.65)
-    found = contenders([lesser, *reversed(rivals), twin, best], CONFIG)
+    found = best_and_competitors([lesser, *reversed(competitors), twin, best], CONFIG)
     assert found[0] is best
-    assert [one.T_target_source[0, 3] for one in found[1:]] == [1, 2, 3][:MAX_RIVALS]
+    assert [one.T_target_source[0, 3] for one in found[1:]] == [1, 2, 3][:MAX_COMPETITORS]
 
 
 def hypotheses(*scores: float) -> Hypotheses:
@@ -225,7 +224,7 @@ def hypotheses(*scores: float) -> Hypotheses:
     [
         (60, 100, (5.0,), True),
         (60, 100, (5.0, 2.9), True),
-        (60, 100, (5.0, 3.0), False),  # a rival
+        (60, 100, (5.0, 3.0), False),  # a competitor
         (19, 100, (5.0,), False),  # too few
         (20, 100, (5.0,), True),
         (22, 150, (5.0,), False),  # of too many
@@ -240,6 +239,6 @@ def test_only_clear_visual_evidence_spares_the_geometric_search(
     target = np.where(mask(agreeing, of)[:, None], 0.05, 5.0) * np.ones((of, 3))
     visual = Matches(target, source, np.ones(of), rows, rows)
     if scores:
-        assert carries(agreeing, of) == (clear or len(scores) > 1)
+        assert is_decisive(agreeing, of) == (clear or len(scores) > 1)
     few = hypotheses(*scores) if scores else Hypotheses(np.empty((0, 4, 4)), np.empty(0))
-    assert is_clear(few, visual, CONFIG) == clear
+    assert has_decisive_winner(few, visual, CONFIG) == clear

@@ -19,7 +19,7 @@ MAX_INTERVAL_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class KeyframePose:
     """A frame in a keyframe of its session."""
 
     stamp_ns: int
@@ -38,7 +38,7 @@ class Twist:
     covariance: NDArray[np.float64]
 
 
-def twist_between(before: Placed | None, now: Placed) -> Twist | None:
+def twist_between(before: KeyframePose | None, now: KeyframePose) -> Twist | None:
     """The constant velocity that leads from one pose to the next; None where nothing ties them together.
 
     That is so at the start, after an interval of more than MAX_INTERVAL_S, and where their keyframes differ

@@ -12,23 +12,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.result import Registration
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.tracking.chain import UncertainPose
 from vigg_ros.tracking.extrinsics import Lookup
+from vigg_ros.tracking.frame_result import FrameResult
+from vigg_ros.tracking.twist import KeyframePose
 
-POLL_S = 0.01
+POLL_PERIOD_S = 0.01
 
-MOUNTS = 16
+MAX_MOUNTS = 16
 """So many are remembered: a driver that counts in its frame names must not fill the memory."""
 
 
 @dataclass(frozen=True, slots=True)
-class Mount:
+class SensorMount:
     """Where the sensor stands on the base: p_base = T_base_sensor @ p_sensor."""
 
     T_base_sensor: NDArray[np.float64]
 
-    def carried(self, pose: UncertainPose) -> UncertainPose:
+    def to_base(self, pose: UncertainPose) -> UncertainPose:
         """A motion of the sensor as the motion of the base.
 
         T_odom_base = T_base_sensor T_start_sensor T_sensor_base: the odometry frame is where the base stood at
@@ -39,33 +42,58 @@ class Mount:
         return at_base.compose(UncertainPose(inverse(self.T_base_sensor), np.zeros((6, 6))))
 
 
-def patient(lookup: Lookup, timeout_s: float, wait: Callable[[float], object] = time.sleep) -> Lookup:
+@dataclass(frozen=True, slots=True)
+class BaseResult:
+    """A result of the sensor, and what it says of the base."""
+
+    result: FrameResult
+    mount: SensorMount
+
+    @property
+    def pose(self) -> UncertainPose | None:
+        """The base in the odometry frame; None without a pose."""
+        T_odom_frame, covariance = self.result.T_odom_frame, self.result.covariance
+        if T_odom_frame is None or covariance is None:
+            return None
+        return self.mount.to_base(UncertainPose(T_odom_frame, covariance))
+
+    @property
+    def pose_in_keyframe(self) -> KeyframePose:
+        """The base in its keyframe, or as the keyframe that it is."""
+        result, relative = self.result, UncertainPose.identity()
+        if isinstance(result.outcome, Registration):
+            relative = UncertainPose(result.outcome.T_target_source, result.outcome.covariance)
+        keyframe_ns = result.stamp_ns if result.keyframe_stamp_ns is None else result.keyframe_stamp_ns
+        return KeyframePose(result.stamp_ns, result.session, keyframe_ns, self.mount.to_base(relative))
+
+
+def waiting_lookup(lookup: Lookup, timeout_s: float, wait: Callable[[float], object] = time.sleep) -> Lookup:
     """A lookup that asks again until the timeout; for the worker's thread, which may wait, never for a callback."""
 
     def look(target: str, source: str) -> NDArray[np.float64] | None:
         deadline_s = time.monotonic() + timeout_s
         while (found := lookup(target, source)) is None and time.monotonic() < deadline_s:
-            wait(POLL_S)
+            wait(POLL_PERIOD_S)
         return found
 
     return look
 
 
 class MountFinder:
-    """Looks up where each sensor stands on the base, once for each of the latest MOUNTS frame names."""
+    """Looks up where each sensor stands on the base, once for each of the latest MAX_MOUNTS frame names."""
 
     def __init__(self, base_frame: str, lookup: Lookup) -> None:
         self._base_frame = base_frame
         self._lookup = lookup
-        self._found: dict[str, Mount] = {}
+        self._found: dict[str, SensorMount] = {}
 
-    def __call__(self, frame_id: str) -> Mount:
+    def __call__(self, frame_id: str) -> SensorMount:
         """The mount of the sensor with this frame. Raises DataError while TF does not know it."""
         if not self._base_frame or frame_id == self._base_frame:
-            return Mount(np.eye(4))
+            return SensorMount(np.eye(4))
         if frame_id not in self._found:
-            self._found[frame_id] = Mount(self._look_up(frame_id))
-            if len(self._found) > MOUNTS:
+            self._found[frame_id] = SensorMount(self._look_up(frame_id))
+            if len(self._found) > MAX_MOUNTS:
                 del self._found[next(iter(self._found))]
         return self._found[frame_id]
 

@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 The vigg_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The poses of results as messages, live and in the bag of `vigg replay --output-bag`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.messages.result_messages import MAX_PATH_POSES, PathPoses
+from vigg_ros.report.result_bag import write_result_bag
+from vigg_ros_testing.report_samples import lost, refused, started, tracked
+
+
+@pytest.mark.parametrize("count", [0, 1, MAX_PATH_POSES - 1, MAX_PATH_POSES, 2 * MAX_PATH_POSES + 1, 12_345])
+def test_a_path_is_thinned_evenly_and_keeps_its_ends(count: int) -> None:
+    path: PathPoses[int] = PathPoses()
+    for number in range(count):
+        path.add(number, 0)
+    kept = path.take()
+    assert len(kept) <= min(count, MAX_PATH_POSES)
+    assert path.take() == [], "nothing new"
+    if count:
+        assert (kept[0], kept[-1]) == (0, count - 1)
+        assert len(np.unique(np.diff(kept)[:-1])) <= 1, "but for the newest, all steps are equal"
+        assert len(kept) > min(count, MAX_PATH_POSES) / 2
+
+
+def test_the_bag_has_the_topics_of_the_node(tmp_path: Path) -> None:
+    """Of six frames five are compared or lost; the velocity of odometry needs the pose before in the same keyframe."""
+    results = [started(), tracked(1, keyframe_stamp_ns=1), tracked(2, keyframe_stamp_ns=1), lost(3), refused(4)]
+    write_result_bag(results, tmp_path / "bag")
+    with BagReader(tmp_path / "bag") as reader:
+        counts = {topic.name: topic.count for topic in reader.topics}
+        status = [item.message for item in reader.messages(["/registrar/status"])]
+        (odometry,) = [item.message for item in reader.messages(["/registrar/odom"])]
+    assert counts == {
+        "/registrar/status": 5, "/registrar/pose": 3, "/registrar/relative_pose": 2, "/registrar/odom": 1,
+        "/registrar/path": 1, "/tf": 3,
+    }  # fmt: skip
+    assert odometry.child_frame_id == "camera"
+    values = [{pair.key: pair.value for pair in one.values} for one in status]
+    assert [one["state"] for one in values] == ["STARTED", "TRACKING", "TRACKING", "LOST", "REFUSED"]
+    assert values[1]["runner_up"] == "0"
+    assert values[1]["photometric_correlation" if "photometric_correlation" in values[1] else "overlap"] == "0.8"
+    assert (values[3]["reason"], values[4]["reason"]) == ("CONFLICT", "DEPTH_SIZE")
