@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds import LidarScan
-from vigg_ros.messages.encode_header import encode_header
-from vigg_ros.messages.fields import Message
+from vigg_ros.messages.fields import Message, stamped
 
 _PNG_OPTIONS = (cv2.IMWRITE_PNG_COMPRESSION, 9, cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_NONE)
 """Quantised depth has few values: without row filters the same ones recur, and files are a tenth smaller."""
@@ -49,25 +48,24 @@ def lidar_cloud(scan: LidarScan, *, grid_m: float, stamp_ns: int, frame_id: str)
     points = np.rint(scan.points / grid_m) * grid_m
     times_s = np.rint(scan.times_s * 2**16) / 2**16
     rows = np.column_stack((points, np.rint(scan.intensities), times_s)).astype("<f4")
-    fields = {
-        "header": encode_header(stamp_ns, frame_id),
-        "height": 1,
-        "width": len(rows),
-        "fields": tuple(_point_field(name, 4 * place) for place, name in enumerate(_CLOUD_FIELDS)),
-        "is_bigendian": False,
-        "point_step": 4 * len(_CLOUD_FIELDS),
-        "row_step": rows.nbytes,
-        "data": rows.reshape(-1).view(np.uint8),
-        "is_dense": True,
-    }
-    return Message("sensor_msgs/msg/PointCloud2", fields)
+    return stamped(
+        "sensor_msgs/msg/PointCloud2",
+        stamp_ns,
+        frame_id,
+        height=1,
+        width=len(rows),
+        fields=tuple(_point_field(name, 4 * place) for place, name in enumerate(_CLOUD_FIELDS)),
+        is_bigendian=False,
+        point_step=4 * len(_CLOUD_FIELDS),
+        row_step=rows.nbytes,
+        data=rows.reshape(-1).view(np.uint8),
+        is_dense=True,
+    )
 
 
 def _compressed_image(image_format: str, data: NDArray[Any], *, stamp_ns: int, frame_id: str) -> Message:
-    fields = {"header": encode_header(stamp_ns, frame_id), "format": image_format, "data": data.ravel()}
-    return Message("sensor_msgs/msg/CompressedImage", fields)
+    return stamped("sensor_msgs/msg/CompressedImage", stamp_ns, frame_id, format=image_format, data=data.ravel())
 
 
 def _point_field(name: str, offset: int) -> Message:
-    fields = {"name": name, "offset": offset, "datatype": _FLOAT32, "count": 1}
-    return Message("sensor_msgs/msg/PointField", fields)
+    return Message.of("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=_FLOAT32, count=1)

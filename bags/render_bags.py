@@ -32,8 +32,9 @@ from vigg_ros.bench.worlds import (
     street,
 )
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat
-from vigg_ros.messages.encode import encode_camera_info, encode_pose, encode_tf, encode_transform
 from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import encode_pose, encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_camera_info
 from vigg_ros.registration.camera import Camera
 
 START_NS = 1_772_013_245_123_456_789

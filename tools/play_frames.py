@@ -20,8 +20,8 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
 from vigg_ros.bench.worlds import HandheldLoop, render_rgbd, room
-from vigg_ros.messages.encode import encode_camera_info, encode_image
 from vigg_ros.messages.fields import RCLPY, Message, build
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros.node.ros_classes import class_of
 from vigg_ros.registration.camera import Camera
 

@@ -6,10 +6,8 @@ from __future__ import annotations
 
 import random
 import shutil
-import tracemalloc
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -26,6 +24,7 @@ from vigg_ros_testing.bag_samples import (
     write_bag,
     write_ros1_bag,
 )
+from vigg_ros_testing.message_samples import allocating_less_than
 
 SEEDS = 100
 
@@ -108,7 +107,7 @@ def test_a_corrupted_bag_is_refused_or_its_losses_are_counted(kind: str, bags, t
         copy = shutil.copytree if bags[kind].is_dir() else shutil.copy
         copy(bags[kind], bag)
         how = f"seed {seed}: {corrupt(bag, random.Random(seed))}"
-        with allocating_little(how) if seed % 10 == 0 else nullcontext():
+        with allocating_less_than(PEAK_BYTES) if seed % 10 == 0 else nullcontext():
             outcomes[outcome(bag, clean, how)] += 1
         shutil.rmtree(bag) if bag.is_dir() else bag.unlink()
     # Were they all refused, or all unharmed, this test would say nothing.
@@ -125,14 +124,3 @@ def outcome(bag: Path, clean: Counter[str], how: str) -> str:
     may_be_silent = reader.damaged or bag.suffix == ".bag"
     assert not missing or may_be_silent, f"{how}: {missing} missing in silence; {reader.notes}"
     return "partly read" if reader.damaged else "read"
-
-
-@contextmanager
-def allocating_little(how: str) -> Iterator[None]:
-    tracemalloc.start()
-    try:
-        yield
-        _, peak_bytes = tracemalloc.get_traced_memory()
-        assert peak_bytes < PEAK_BYTES, how
-    finally:
-        tracemalloc.stop()

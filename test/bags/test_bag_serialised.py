@@ -13,7 +13,8 @@ from rosbags import rosbag1
 
 from vigg_ros.bags.reader import BagReader, SerialisedMessage
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.encode import encode_image, encode_tf, encode_transform
+from vigg_ros.messages.pose_messages import encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_image
 from vigg_ros_testing.bag_samples import (
     COLOUR,
     LATENCY_NS,

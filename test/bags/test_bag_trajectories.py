@@ -16,7 +16,6 @@ from vigg_ros.bags.trajectories import (
     read_matrix_pose,
     read_numbers,
     read_tum_poses,
-    rigid,
     rows,
     stamp_of_number,
 )
@@ -85,18 +84,6 @@ def test_a_word_among_numbers_is_named_by_its_line(tmp_path: Path) -> None:
 def test_a_pose_that_is_none_is_no_pose(text: str, tmp_path: Path) -> None:
     (tmp_path / "pose.txt").write_text(text)
     assert read_matrix_pose(tmp_path / "pose.txt") is None
-
-
-def test_a_rounded_rotation_becomes_the_nearest_one() -> None:
-    exact = pose_at(3.0)
-    T = rigid(exact + 1e-4 * np.arange(16).reshape(4, 4) / 16)
-    np.testing.assert_allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-14)
-    np.testing.assert_allclose(T[:3, :3], exact[:3, :3], atol=1e-4)
-    assert T[3].tolist() == [0, 0, 0, 1]
-
-
-def test_a_reflection_is_no_pose() -> None:
-    assert rigid(np.diag([1.0, 1.0, -1.0, 1.0])) is None
 
 
 def test_tum_rows_keep_the_stamp_as_written(tmp_path: Path) -> None:

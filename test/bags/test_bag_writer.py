@@ -15,22 +15,18 @@ from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.encode import (
-    Message,
-    encode_camera_info,
-    encode_diagnostic_array,
-    encode_diagnostic_status,
-    encode_image,
+from vigg_ros.messages.diagnostic_messages import encode_diagnostic_array, encode_diagnostic_status
+from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import (
     encode_odometry,
     encode_path,
-    encode_points,
     encode_pose,
     encode_pose_with_covariance,
     encode_tf,
     encode_transform,
 )
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.errors import BagError
-from vigg_ros.sensors.decode import decode_image
 from vigg_ros_testing.bag_samples import CAMERA, START_NS
 
 HEADER = {"stamp_ns": START_NS, "frame_id": "camera"}
@@ -55,15 +51,8 @@ DISK_ROW = pytest.mark.hostile(
     "System: disk full, read-only folder, existing path, symlink: an error, never overwritten or deleted"
 )
 
-WAYS = [
-    ("mcap", "none"),
-    ("mcap", "chunk"),
-    ("mcap", "message"),
-    ("mcap", "file"),
-    ("sqlite3", "none"),
-    ("sqlite3", "message"),
-    ("sqlite3", "file"),
-]
+WAYS = [("mcap", name) for name in ("none", "chunk", "message", "file")]
+WAYS += [("sqlite3", name) for name in ("none", "message", "file")]
 
 
 def write(path: Path, **options: str) -> Path:
@@ -85,26 +74,21 @@ def plain(value: object) -> object:
         return value.tolist()
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
-    return getattr(value, "value", value)
+    return ord(value) if isinstance(value, bytes) else value
 
 
 @pytest.mark.parametrize(("storage", "compression"), WAYS)
-def test_every_message_comes_back_as_it_was(storage: str, compression: str, tmp_path: Path) -> None:
-    bag = write(tmp_path / "bag", storage=storage, compression=compression)
-    with BagReader(bag) as reader:
+def test_every_message_comes_back_as_it_was_and_the_bytes_are_the_same_each_time(
+    storage: str, compression: str, tmp_path: Path
+) -> None:
+    bags = [write(tmp_path / at / "bag", storage=storage, compression=compression) for at in "ab"]
+    with BagReader(bags[0]) as reader:
         read = {one.topic: (one.type, one.log_ns, plain(one.message)) for one in reader.messages()}
         assert not reader.damaged
     assert read == {
         topic: (message.type, START_NS + number, plain(message))
         for number, (topic, message) in enumerate(MESSAGES.items())
     }
-
-
-@pytest.mark.parametrize(("storage", "compression"), WAYS)
-def test_the_same_messages_give_the_same_bytes(storage: str, compression: str, tmp_path: Path) -> None:
-    (tmp_path / "a").mkdir()
-    (tmp_path / "b").mkdir()
-    bags = [write(tmp_path / at / "bag", storage=storage, compression=compression) for at in "ab"]
     first, second = ({file.name: file.read_bytes() for file in bag.iterdir()} for bag in bags)
     assert len(first) == 2
     assert first == second
@@ -177,28 +161,21 @@ def test_a_full_disk_is_an_error_with_the_remedy(error, tmp_path: Path, monkeypa
         writer.write("/pose", MESSAGES["/pose"], log_ns=1)
 
 
-def test_a_bag_that_cannot_be_finished_is_an_error_and_looks_unfinished(tmp_path, monkeypatch) -> None:
+@pytest.mark.parametrize("fault", ["a full disk at the end", "an error in between"])
+def test_a_bag_that_is_not_finished_looks_unfinished(fault: str, tmp_path: Path, monkeypatch) -> None:
     def fail() -> None:
         raise OSError(28, "No space left on device")
 
     def write_and_fail() -> None:
         with BagWriter(tmp_path / "bag") as writer:
+            writer.write("/pose", MESSAGES["/pose"], log_ns=1)
+            if fault == "an error in between":
+                raise KeyboardInterrupt
             monkeypatch.setattr(writer._writer, "close", fail)
-            writer.write("/pose", MESSAGES["/pose"], log_ns=1)
 
-    with pytest.raises(BagError, match="No space left"):
+    with pytest.raises((BagError, KeyboardInterrupt)) as caught:
         write_and_fail()
-    assert not (tmp_path / "bag" / "metadata.yaml").exists()
-
-
-def test_an_error_in_between_leaves_a_bag_that_looks_unfinished(tmp_path: Path) -> None:
-    def write_and_fail() -> None:
-        with BagWriter(tmp_path / "bag") as writer:
-            writer.write("/pose", MESSAGES["/pose"], log_ns=1)
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_and_fail()
+    assert isinstance(caught.value, KeyboardInterrupt) or "No space left" in str(caught.value)
     assert not (tmp_path / "bag" / "metadata.yaml").exists()
 
 
@@ -213,9 +190,3 @@ def test_sqlite_is_not_led_astray_by_its_own_addresses(name: str, tmp_path: Path
         BagWriter(tmp_path / name, storage="sqlite3")
     with BagReader(write(tmp_path / name)) as reader:
         assert len(list(reader.messages())) == len(MESSAGES)
-
-
-def test_a_bag_may_lie_deeper_than_what_exists(tmp_path: Path) -> None:
-    with BagReader(write(tmp_path / "a" / "b" / "bag")) as reader:
-        image = next(one.message for one in reader.messages(["/image"]))
-    assert decode_image(image).stamp_ns == START_NS

@@ -17,7 +17,8 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.writer import BagWriter
 from vigg_ros.bench.catalogue import expand
 from vigg_ros.cli.main import COMMANDS, _parser, main
-from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_pose
+from vigg_ros.messages.pose_messages import encode_pose
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros_testing.scene_folder import VIEWED_BY
 
 START_NS = 1_700_000_000_123_456_789

@@ -15,7 +15,8 @@ import pytest
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
 from vigg_ros.cli.replay import add_arguments
-from vigg_ros.messages.encode import Message, encode_camera_info
+from vigg_ros.messages.fields import Message
+from vigg_ros.messages.sensor_messages import encode_camera_info
 from vigg_ros_testing.doctor_bags import (
     CAMERA,
     CLOUD,

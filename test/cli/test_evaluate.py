@@ -17,7 +17,7 @@ from vigg_ros.bags.writer import BagWriter
 from vigg_ros.bench.worlds import HandheldLoop
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
-from vigg_ros.messages.encode import encode_pose
+from vigg_ros.messages.pose_messages import encode_pose
 
 needs_evo = pytest.mark.skipif(importlib.util.find_spec("evo") is None, reason="evo is not installed")
 

@@ -20,7 +20,7 @@ from vigg_ros.cli import node_command
 from vigg_ros.cli.console import UsageError
 from vigg_ros.cli.main import main
 from vigg_ros.cli.node_command import arguments_for_bag, node_arguments
-from vigg_ros.messages.encode import encode_camera_info, encode_image, encode_points
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.camera import Camera
 
 ROOT = Path(__file__).parents[2]

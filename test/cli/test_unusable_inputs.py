@@ -10,7 +10,7 @@ import pytest
 
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
-from vigg_ros.messages.encode import Message
+from vigg_ros.messages.fields import Message
 from vigg_ros_testing.doctor_bags import COLOUR, RGBD, looking_along_x, sensor_message, with_fields, write, write_static
 from vigg_ros_testing.scene_folder import INTRINSICS
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from vigg_ros.messages.encode import encode_points
+from vigg_ros.messages.sensor_messages import encode_points
 from vigg_ros.node.ros_classes import ros
 from vigg_ros_testing.registrar_process import NodeProcess, Start, depth_arguments, parameters
 from vigg_ros_testing.rendered_frames import LARGER, TYPES, frame, send, send_and_wait, stamp_of_frame

@@ -15,8 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds import HandheldLoop, render_rgbd, room
-from vigg_ros.messages.encode import encode_image
 from vigg_ros.messages.fields import Message
+from vigg_ros.messages.sensor_messages import encode_image
 from vigg_ros.node.scheduler import Scheduler
 from vigg_ros.pipeline import Pipeline, Received
 from vigg_ros.registration.camera import Camera

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Images: every encoding by pixels worked out by hand, and what must be refused before it costs memory."""
+"""Images of colours and depth: each encoding by hand. What is refused is in test_image_refusals.py."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ import array
 import numpy as np
 import pytest
 
-from vigg_ros.sensors.decode import decode_depth, decode_image
-from vigg_ros_testing.message_samples import STAMP_NS, image, reject
+from vigg_ros.registration.camera import Camera
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.frame import Frame
+from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros.sensors.depth_image import decode_depth
+from vigg_ros_testing.message_samples import STAMP_NS, image
 
 # One colour: red 200, green 100, blue 50. Two columns of it, then two of its opposite in the tests below.
 R, G, B, A = 200, 100, 50, 7
@@ -31,8 +35,7 @@ def bayer(pattern: str, dtype: str = "u1") -> np.ndarray:
 
 
 ALL_ENCODINGS = pytest.mark.hostile(
-    "Image: encodings mono8 mono16 rgb8 bgr8 rgba8 bgra8 8UC1 8UC3 8UC4, four Bayer, yuv422/yuyv/uyvy, "
-    "nv12/nv21 A"
+    "Image: encodings mono8 mono16 rgb8 bgr8 rgba8 bgra8 8UC1 8UC3 8UC4, four Bayer, yuv422/yuyv/uyvy, nv12/nv21 A"
 )
 
 
@@ -125,91 +128,6 @@ def test_padding_behind_the_rows_is_skipped(encoding):
     assert decoded.notes == ()
 
 
-@pytest.mark.hostile("Image: step too short R")
-@pytest.mark.parametrize("step", [0, 5, 17])
-def test_a_step_shorter_than_the_row_is_refused(step):
-    assert reject(decode_image, image(plane(R, G, B), "rgb8", step=step)).code == "IMAGE_STEP"
-
-
-@pytest.mark.hostile("Image: data short R, long N")
-@pytest.mark.parametrize(("encoding", "channels"), [("rgb8", 3), ("uyvy", 2), ("mono8", 1)])
-def test_data_that_ends_early_is_refused_and_a_surplus_noted(encoding, channels):
-    pixels = plane(*[R] * channels)
-    msg = image(pixels, encoding)
-    assert reject(decode_image, image(pixels, encoding, data=msg.data[:-1])).code == "IMAGE_DATA_SHORT"
-    assert reject(decode_image, image(pixels, encoding, data=b"")).code == "IMAGE_DATA_SHORT"
-    longer = decode_image(image(pixels, encoding, data=msg.data + b"\xff" * 3))
-    assert [note.code for note in longer.notes] == ["DATA_LONG"]
-    np.testing.assert_array_equal(longer.image, decode_image(msg).image)
-
-
-@pytest.mark.hostile("Image: data short R, long N")
-def test_the_chroma_of_a_planar_image_may_not_be_missing():
-    msg = image(semi_planar("uv")[:4], "nv12")
-    assert reject(decode_image, msg).code == "IMAGE_DATA_SHORT"
-
-
-@pytest.mark.hostile("Image: 0x0 R")
-@pytest.mark.parametrize("size", [(0, 0), (0, 4), (4, 0)])
-@pytest.mark.parametrize("decode", [decode_image, decode_depth])
-def test_an_image_without_pixels_is_refused(decode, size):
-    encoding = "mono8" if decode is decode_image else "16UC1"
-    msg = image(np.zeros((4, 4), "u1"), encoding, width=size[0], height=size[1], data=b"")
-    assert reject(decode, msg).code == "IMAGE_DIMENSIONS"
-
-
-@pytest.mark.hostile("Image: dimensions to 2^32-1 R before any allocation (cap 64 Mpx)")
-@pytest.mark.parametrize(
-    ("width", "height"),
-    [(2**32 - 1, 2**32 - 1), (2**32 - 1, 1), (1, 2**32 - 1), (32_767, 1), (1, 32_767), (8_001, 8_000)],
-)
-@pytest.mark.parametrize("encoding", ["rgb8", "nv12", "16UC1"])
-def test_sizes_beyond_the_cap_are_refused(width, height, encoding):
-    decode = decode_depth if encoding == "16UC1" else decode_image
-    msg = image(np.zeros((4, 4), "u1"), encoding, width=width, height=height, step=2**32 - 1)
-    assert reject(decode, msg).code == "IMAGE_DIMENSIONS"
-
-
-@pytest.mark.hostile("Image: empty, unknown or 10 kB encoding R, shown truncated")
-@pytest.mark.parametrize("encoding", ["", "RGB8", "rgb8 ", "8UC2", "h264", "\n\x1b[31m", "x" * 10_000])
-def test_an_unknown_encoding_is_refused_and_shown_cut_and_escaped(encoding):
-    error = reject(decode_image, image(plane(R), encoding))
-    assert error.code == "IMAGE_ENCODING"
-    assert len(error.found) < 100
-    assert error.found.isprintable()
-    assert encoding[:5].strip() in error.found or not encoding.isprintable()
-
-
-@pytest.mark.hostile("Image: odd-width yuv R")
-@pytest.mark.parametrize(
-    ("encoding", "width", "height"),
-    [("uyvy", 5, 4), ("yuv422", 5, 4), ("yuyv", 5, 4), ("nv12", 5, 4), ("nv21", 6, 3)],
-)
-def test_pixels_that_share_colours_come_in_pairs(encoding, width, height):
-    msg = image(plane(R, G), encoding, width=width, height=height)
-    assert reject(decode_image, msg).code == "IMAGE_DIMENSIONS"
-
-
-@pytest.mark.parametrize("size", [(1, 9), (2, 2)])
-def test_a_mosaic_too_small_to_interpolate_is_refused(size):
-    assert reject(decode_image, image(np.ones(size, "u1"), "bayer_rggb8")).code == "IMAGE_DIMENSIONS"
-
-
-@pytest.mark.hostile(
-    "Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R"
-)
-@pytest.mark.parametrize("encoding", ["16UC1", "32FC1", "64FC1"])
-def test_depth_on_the_image_topic_is_refused(encoding):
-    error = reject(decode_image, image(np.ones((4, 4), "f8"), encoding))
-    assert error.code == "IMAGE_IS_DEPTH"
-    assert "depth/image" in error.remedy
-
-
-def test_low_bits_in_a_16_bit_image_are_noted():
-    decoded = decode_image(image(plane(4095, dtype="<u2"), "mono16"))
-    assert [note.code for note in decoded.notes] == ["DARK_16_BIT"]
-
-
 @pytest.mark.parametrize("size", [(1, 1), (8, 8)])
 @pytest.mark.parametrize("value", [0, 128, 255])
 def test_images_without_texture_are_still_images(size, value):
@@ -223,3 +141,71 @@ def test_bytes_are_shared_with_the_message_and_cannot_be_written():
     assert np.shares_memory(decoded, np.frombuffer(data, np.uint8))
     with pytest.raises(ValueError, match="read-only"):
         decoded[0, 0] = 1
+
+
+TYPES_ROW = pytest.mark.hostile(
+    "Image: depth 16UC1 mono16 32FC1 64FC1 A, colour on the depth topic R, depth on the image topic R"
+)
+MILLIMETRES = np.array([[1000, 1500, 2000], [2500, 750, 40_000]])
+METRES = np.array([[1.0, 1.5, 2.0], [2.5, 0.75, 40.0]])
+
+
+@TYPES_ROW
+@pytest.mark.hostile("Image: big-endian 16UC1/32FC1 A")
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize(
+    ("encoding", "values", "dtype"),
+    [("16UC1", MILLIMETRES, "u2"), ("mono16", MILLIMETRES, "u2"), ("32FC1", METRES, "f4"), ("64FC1", METRES, "f8")],
+)
+def test_each_type_becomes_metres(encoding, values, dtype, order):
+    decoded = decode_depth(image(values.astype(order + dtype), encoding))
+    # 16 bits are multiplied with 0.001 in float32: one rounding.
+    np.testing.assert_allclose(decoded.depth_m, METRES, rtol=2e-7)
+    assert decoded.depth_m.dtype == np.float32
+    assert decoded.depth_m.dtype.isnative
+    assert (decoded.stamp_ns, decoded.frame_id, decoded.notes) == (STAMP_NS, "camera", ())
+
+
+@pytest.mark.parametrize(("encoding", "dtype"), [("16UC1", "<u2"), ("32FC1", "<f4")])
+def test_a_scale_that_is_given_holds_for_every_type(encoding, dtype):
+    decoded = decode_depth(image(MILLIMETRES.astype(dtype), encoding), depth_scale_m=0.0002)
+    np.testing.assert_allclose(decoded.depth_m, MILLIMETRES * 0.0002, rtol=2e-7)
+
+
+def test_padding_and_odd_steps_are_read_right():
+    padded = np.zeros((2, 9), "u1")
+    padded[:, :6] = MILLIMETRES.astype("<u2").view("u1")
+    msg = image(MILLIMETRES.astype("<u2"), "16UC1", step=9, data=padded.tobytes())
+    np.testing.assert_allclose(decode_depth(msg).depth_m, METRES, rtol=2e-7)
+
+
+@pytest.mark.hostile("Image: depth of 0, NaN, Inf, negative, 65535: no point there; too few left: NO_DEPTH")
+@pytest.mark.parametrize(
+    ("encoding", "dtype", "nothing"),
+    [
+        ("16UC1", "<u2", [0, 65_535]),
+        ("32FC1", "<f4", [0, np.nan, np.inf, -np.inf, -1, -0.0, 1e30, 10_001]),
+        ("64FC1", ">f8", [0, np.nan, np.inf, -np.inf, -1, 1e300, -1e300]),
+    ],
+)
+def test_what_is_no_distance_is_zero(encoding, dtype, nothing):
+    values = np.array([[1, 2, 3], [0, 0, 0]] + [[value, 2, 3] for value in nothing]).astype(dtype)
+    # With half a millimetre per unit 65535 would be a depth of 33 m.
+    scale_m = 0.0005 if encoding == "16UC1" else 1.0
+    decoded = decode_depth(image(values, encoding), depth_scale_m=scale_m).depth_m
+    expected = np.array([[1, 2, 3], [0, 0, 0]] + [[0, 2, 3]] * len(nothing)) * scale_m
+    np.testing.assert_allclose(decoded, expected, rtol=2e-7)
+
+    with pytest.raises(DataError) as caught:
+        decode_depth(image(np.array([[*nothing, 1, 2]]).astype(dtype), encoding))
+    assert caught.value.code == "NO_DEPTH"
+    assert "2 pixels" in caught.value.found
+
+
+@pytest.mark.hostile("Image: depth and image of different size R")
+def test_depth_that_does_not_fit_its_image_is_refused():
+    depth_m = decode_depth(image(MILLIMETRES.astype("<u2"), "16UC1")).depth_m
+    camera = Camera(width_px=6, height_px=4, fx_px=5, fy_px=5, cx_px=2.5, cy_px=1.5)
+    with pytest.raises(DataError) as caught:
+        Frame.from_depth(np.zeros((4, 6), np.uint8), depth_m, camera)
+    assert caught.value.code == "DEPTH_SIZE"

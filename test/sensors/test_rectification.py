@@ -15,7 +15,7 @@ import pytest
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.rectification import IDENTITY, Rectifier, binned, cropped, resized
+from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, binned, cropped, resized
 
 RAW = Camera(160, 120, 110.0, 112.0, 78.0, 61.0)
 RECTIFIED = Camera(150, 110, 100.0, 101.0, 70.0, 57.0)
@@ -30,10 +30,7 @@ def brown(x: float, y: float, lens: tuple[float, ...]) -> tuple[float, float]:
     k1, k2, p1, p2, k3, k4, k5, k6 = (*lens, 0.0, 0.0, 0.0, 0.0)[:8]
     r2 = x * x + y * y
     radial = (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) / (1 + k4 * r2 + k5 * r2**2 + k6 * r2**3)
-    return (
-        x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
-    )
+    return (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y)
 
 
 def kannala(x: float, y: float, lens: tuple[float, ...]) -> tuple[float, float]:
@@ -72,36 +69,25 @@ PIXELS = [(u, v) for u in range(2, 150, 21) for v in range(2, 110, 17)]
 
 
 @pytest.mark.parametrize(("model", "lens"), LENSES)
-@pytest.mark.parametrize("rotation", [IDENTITY, TURN])
+@pytest.mark.parametrize("rotation", [IDENTITY_ROTATION, TURN])
 def test_a_rectified_pixel_shows_what_the_lens_model_says(model, lens, rotation):
     rectifier = Rectifier(RAW, RECTIFIED, model, lens, rotation)
     rectified = rectifier.image(ramp(RAW).astype(np.uint8)).astype(float)
-    seen = 0
-    for u, v in PIXELS:
-        source_u, source_v, _ = source_of(rectifier, u, v)
-        if 1 <= source_u < RAW.width_px - 2 and 1 <= source_v < RAW.height_px - 2:
-            # The ramp is cut to whole numbers (up to 1 less), places to 1/32 px, the result rounded.
-            assert rectified[v, u] == pytest.approx(39.75 + source_u / 2 + source_v, abs=1.1)
-            seen += 1
-        elif not (-1 <= source_u <= RAW.width_px and -1 <= source_v <= RAW.height_px):
-            assert rectified[v, u] == 0
-    assert seen > 20
-
-
-@pytest.mark.parametrize(("model", "lens"), LENSES)
-@pytest.mark.parametrize("rotation", [IDENTITY, TURN])
-def test_depth_is_that_of_the_nearest_raw_pixel_along_the_rectified_axis(model, lens, rotation):
-    rectifier = Rectifier(RAW, RECTIFIED, model, lens, rotation)
     depth_m = rectifier.depth((ramp(RAW) / 100).astype(np.float32))
     assert depth_m.dtype == np.float32
     seen = 0
     for u, v in PIXELS:
         source_u, source_v, raw_z = source_of(rectifier, u, v)
+        expected = 40 + source_u / 2 + source_v
         if 1 <= source_u < RAW.width_px - 2 and 1 <= source_v < RAW.height_px - 2:
-            expected = (40 + source_u / 2 + source_v) / 100 / raw_z
-            # Half a pixel in u and v, as the ramp rises: 0.0025 + 0.005, and 1/32 px of OpenCV's.
-            assert depth_m[v, u] == pytest.approx(expected, abs=0.0085)
+            # The ramp is cut to whole numbers (up to 1 less), places to 1/32 px, the result rounded.
+            assert rectified[v, u] == pytest.approx(expected - 0.25, abs=1.1)
+            # Depth is that of the nearest raw pixel, along the rectified axis: half a pixel in u and v, as the
+            # ramp rises, is 0.0025 + 0.005; and 1/32 px of OpenCV's.
+            assert depth_m[v, u] == pytest.approx(expected / 100 / raw_z, abs=0.0085)
             seen += 1
+        elif not (-1 <= source_u <= RAW.width_px and -1 <= source_v <= RAW.height_px):
+            assert rectified[v, u] == 0
     assert seen > 20
 
 
@@ -171,7 +157,7 @@ def test_a_lens_that_cannot_be_gives_an_empty_image_and_no_warning(lens):
     ],
 )
 def test_a_rectifier_that_is_none_is_refused(changes, code):
-    good = {"model": "plumb_bob", "coefficients": PLUMB_BOB, "R_rectified_raw": IDENTITY}
+    good = {"model": "plumb_bob", "coefficients": PLUMB_BOB, "R_rectified_raw": IDENTITY_ROTATION}
     with pytest.raises(DataError) as caught:
         Rectifier(RAW, RECTIFIED, **{**good, **changes})
     assert caught.value.code == code

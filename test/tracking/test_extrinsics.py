@@ -4,12 +4,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
+from vigg_ros.pipeline import Pipeline
+from vigg_ros.registration.config import Config
+from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.tracking.extrinsics import StaticTree, fixed
+from vigg_ros.report.bag_messages import read_extrinsics, read_messages
+from vigg_ros.tracking.extrinsics import Lookup, StaticTree, fixed
+from vigg_ros.tracking.frame_result import FrameResult, State
+from vigg_ros_testing.bag_samples import CAMERA, COLOUR, INFO, START_NS, entry, tf_static_entry, write_bag
+
+EMPTY_ROW = pytest.mark.hostile("Frames and TF: Empty frame_id N with extrinsics by parameter, else R")
 
 T_BASE_LIDAR = flat((0.1, 0.0, 1.9), 2.0)
 T_BASE_MAST = flat((0.5, 0.2, 1.0), 30.0)
@@ -80,8 +93,48 @@ def test_a_loop_of_links_ends_with_the_shortest_chain() -> None:
     assert tree.lookup("lidar", "unheard_of") is None
 
 
-def test_frames_are_listed_once() -> None:
-    assert car().frame_ids == ["base_link", "camera", "lidar", "mast", "optical"]
+@EMPTY_ROW
+@pytest.mark.parametrize(("target", "source"), [("", ""), ("", "lidar"), ("lidar", "")])
+def test_a_frame_without_a_name_is_nowhere(target: str, source: str) -> None:
+    """Least of all where the other one without a name is: two drivers that fill in nothing are not one sensor."""
+    with pytest.raises(DataError, match=r"the names of two frames in TF.*or give the extrinsics") as caught:
+        car().lookup(target, source)
+    assert caught.value.code == "FRAME_ID_EMPTY"
+
+
+def replayed_without_names(folder: Path, extrinsics: Lookup | None) -> tuple[FrameResult, list[str]]:
+    """What a replay says of a bag with /tf_static whose image and scan have no frame_id; and its notes."""
+    header = {"stamp_ns": START_NS, "frame_id": ""}
+    # A grid that a camera without any offset from the scanner sees: only the names are wrong.
+    points = np.stack(np.meshgrid(np.linspace(-1, 1, 10), np.linspace(-0.8, 0.8, 10), [3.0]), -1).reshape(-1, 3)
+    sent = {
+        INFO: encode_camera_info(CAMERA, **header),
+        COLOUR: encode_image(np.zeros((6, 8), np.uint8), **header),
+        "/points": encode_points(points, **header),
+    }
+    entries = [tf_static_entry(), *(entry(topic, message, START_NS) for topic, message in sent.items())]
+    with BagReader(write_bag(folder / "bag", entries)) as reader:
+        choice = choose_topics(reader.topics)
+        tree = read_extrinsics(reader, choice)
+        assert tree is not None
+        pipeline = Pipeline(Config.preset("lidar"), extrinsics or tree.lookup)
+        results = [result for role, message in read_messages(reader, choice) for result in pipeline.feed(role, message)]
+    (result,) = [*results, *pipeline.flush()]
+    return result, [code for _, code in pipeline.notes]
+
+
+@EMPTY_ROW
+def test_a_bag_without_frame_names_is_refused_where_tf_is_asked(tmp_path: Path) -> None:
+    result, _ = replayed_without_names(tmp_path, None)
+    assert (result.state, result.reason) == (State.REFUSED, "FRAME_ID_EMPTY")
+    assert result.T_odom_frame is None
+
+
+@EMPTY_ROW
+def test_a_bag_without_frame_names_is_taken_with_extrinsics_by_parameter(tmp_path: Path) -> None:
+    result, notes = replayed_without_names(tmp_path, fixed(np.eye(4)))
+    assert result.reason == "NO_TEXTURE"  # so far it came: the image is black
+    assert notes == ["FRAME_ID_EMPTY"] * 3
 
 
 def test_a_transform_given_by_the_user_answers_whatever_the_frames_are_called() -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,20 +15,14 @@ from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.messages.encode import (
-    ROSBAGS,
-    Message,
-    build,
-    encode_camera_info,
-    encode_image,
-    encode_pose,
-    encode_tf,
-    encode_transform,
-)
+from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import encode_pose, encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros.registration.camera import Camera
-from vigg_ros.sensors.decode import decode_image
+from vigg_ros.sensors.colour_image import decode_image
+from vigg_ros_testing.real_messages import ROS_2, cdr
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
+STORE = ROS_2
 START_NS = 1_700_000_000_123_456_789
 PERIOD_NS = 33_333_333
 LATENCY_NS = 7_000_000
@@ -50,8 +44,7 @@ class Entry:
 
 
 def entry(topic: str, message: Message, log_ns: int) -> Entry:
-    built = build(message, STORE.types.__getitem__, ROSBAGS)
-    return Entry(topic, message.type, log_ns, bytes(STORE.serialize_cdr(built, message.type)))
+    return Entry(topic, message.type, log_ns, cdr(message))
 
 
 def colour_pixels(number: int) -> np.ndarray:
@@ -95,22 +88,14 @@ def write_bag(
     writer.set_compression(rosbag2.CompressionMode[compression], rosbag2.CompressionFormat.ZSTD)
     connections = {}
     with writer:
-        for topic, type_name, definition in _declared(entries, topics, definitions or {}):
+        for topic, type_name in dict.fromkeys([*((one.topic, one.type) for one in entries), *topics]):
+            own = (definitions or {}).get(type_name)
             connections[topic, type_name] = writer.add_connection(
-                topic,
-                type_name,
-                typestore=STORE,
-                msgdef=definition,
-                rihs01="RIHS01_0" if definition else None,
+                topic, type_name, typestore=STORE, msgdef=own, rihs01="RIHS01_0" if own else None
             )
         for one in entries:
             writer.write(connections[one.topic, one.type], one.log_ns, one.data)
     return path
-
-
-def _declared(entries, topics, definitions):
-    keys = dict.fromkeys([*((one.topic, one.type) for one in entries), *topics])
-    return [(topic, type_name, definitions.get(type_name)) for topic, type_name in keys]
 
 
 def write_ros1_bag(path: Path, entries: Iterable[Entry], *, compress: bool = False) -> Path:
@@ -163,10 +148,6 @@ def edit_metadata(bag: Path, **changes: object) -> None:
     path.write_text(yaml.safe_dump(document))
 
 
-def relabelled(one: Entry, **changes: object) -> Entry:
-    return replace(one, **changes)
-
-
 def noise_entries(count: int, *, topic: str = COLOUR) -> list[Entry]:
     """Images of 270 kB that cannot be compressed, so that a bag of them has several chunks."""
     rng = np.random.default_rng(1)
@@ -203,7 +184,3 @@ def read(path: Path) -> tuple[list[int], BagReader]:
     with BagReader(path) as reader:
         stamps = [decode_image(one.message).stamp_ns for one in reader.messages() if one.topic == COLOUR]
     return stamps, reader
-
-
-def stamps_of(entries) -> list[int]:
-    return [entry.log_ns for entry in entries]

@@ -10,14 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.encode import (
-    Message,
-    encode_camera_info,
-    encode_image,
-    encode_points,
-    encode_tf,
-    encode_transform,
-)
+from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.camera import Camera
 
 START_NS = 1_700_000_000_123_456_789

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds import HandheldLoop, render_rgbd, room
-from vigg_ros.messages.encode import encode_camera_info, encode_image
 from vigg_ros.messages.fields import Message
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
 from vigg_ros.node.ros_classes import ros
 from vigg_ros.registration.camera import Camera
 from vigg_ros_testing.ros_peer import Peer

@@ -14,9 +14,10 @@ from rosbags.typesys.store import Typestore
 from vigg_ros.bags.losses import in_one_line
 from vigg_ros.bags.mcap import UNPACKED_BYTES_MAX, Broken, decompress
 from vigg_ros.bags.storage import Channel, RawMessage
+from vigg_ros.sensors.header import NS_PER_S
 
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
-_HEADER = ("header", (Nodetype.NAME, "std_msgs/msg/Header"))
+_HEADER_FIELD = ("header", (Nodetype.NAME, "std_msgs/msg/Header"))
 _IDL_SEPARATOR = "=" * 80 + "\n"
 
 
@@ -126,8 +127,8 @@ def header_stamp_ns(raw: RawMessage) -> int | None:
         data = decompress(raw.data, "zstd", 12) if raw.data.startswith(_ZSTD_MAGIC) else raw.data
     except Broken:
         return None
-    if not fields or fields[0] != _HEADER or len(data) < 12:
+    if not fields or fields[0] != _HEADER_FIELD or len(data) < 12:
         return None
     big_endian = raw.channel.encoding == "cdr" and data[1] == 0
     seconds, nanoseconds = struct.unpack_from(">iI" if big_endian else "<iI", data, 4)
-    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+    return int(seconds) * NS_PER_S + int(nanoseconds)

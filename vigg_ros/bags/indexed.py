@@ -20,7 +20,7 @@ from vigg_ros.bags.storage import Channel, RawMessage
 _ROS1_EMPTY_BYTES = 8_192
 """A ROS 1 bag's header is padded to 4,096 bytes; with what surrounds it, an empty bag stays below this."""
 
-_FORMATS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
+_DEFINITION_FORMATS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
 
 
 class _BoundedFile(io.BufferedReader):
@@ -97,7 +97,7 @@ def _channel(connection: Connection) -> Channel:
         type=connection.msgtype,
         encoding=extension.serialization_format if isinstance(extension, ConnectionExtRosbag2) else "ros1",
         definition=connection.msgdef.data,
-        definition_format=_FORMATS.get(connection.msgdef.format, ""),
+        definition_format=_DEFINITION_FORMATS.get(connection.msgdef.format, ""),
         latched=_is_latched(connection),
     )
 

@@ -33,7 +33,7 @@ UNPACKED_BYTES_MAX = 2**29
 largest image accepted later has 64 megapixels."""
 
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _STATISTICS, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0B, 0x0F
-_READ = (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _STATISTICS, _DATA_END)
+_OPCODES_READ = (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _STATISTICS, _DATA_END)
 
 
 class Broken(Exception):
@@ -129,9 +129,9 @@ def _file_records(file: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
         opcode, length = struct.unpack("<BQ", head)
         if length > size - file.tell():
             raise Broken(f"a record of {length} bytes, of which {size - file.tell()} are there")
-        if opcode not in _READ or length > UNPACKED_BYTES_MAX:
+        if opcode not in _OPCODES_READ or length > UNPACKED_BYTES_MAX:
             file.seek(length, 1)
-        if opcode in _READ:
+        if opcode in _OPCODES_READ:
             yield opcode, file.read(length) if length <= UNPACKED_BYTES_MAX else b""
 
 

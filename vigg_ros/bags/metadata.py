@@ -20,8 +20,8 @@ import yaml
 from vigg_ros.bags.losses import Ledger, in_one_line
 from vigg_ros.registration.errors import BagError
 
-_STORAGE = re.compile(r"\.(mcap|db3)(\.zstd)?$")
-_METADATA = "metadata.yaml"
+_STORAGE_NAME = re.compile(r"\.(mcap|db3)(\.zstd)?$")
+_METADATA_NAME = "metadata.yaml"
 _METADATA_BYTES_MAX = 2**26
 
 
@@ -39,26 +39,26 @@ def find_files(path: Path, ledger: Ledger) -> BagFiles:
 
     Raises BagError when there is nothing to open or metadata.yaml is garbage.
     """
-    if path.name == _METADATA and path.is_file():
+    if path.name == _METADATA_NAME and path.is_file():
         path = path.parent
     if not path.exists():
         raise BagError(f"{path} does not exist; give a bag folder or an .mcap, .db3 or .bag file")
     if path.is_dir():
         return _folder_files(path, ledger)
-    if not _STORAGE.search(path.name) and path.suffix != ".bag":
+    if not _STORAGE_NAME.search(path.name) and path.suffix != ".bag":
         raise BagError(f"{path} is not a bag: expected a folder or a file named .mcap, .db3 or .bag")
     return BagFiles((path,), None)
 
 
 def _folder_files(folder: Path, ledger: Ledger) -> BagFiles:
-    present = sorted((file for file in folder.iterdir() if _STORAGE.search(file.name)), key=_natural_key)
-    metadata_path = folder / _METADATA
+    present = sorted((file for file in folder.iterdir() if _STORAGE_NAME.search(file.name)), key=_natural_key)
+    metadata_path = folder / _METADATA_NAME
     if metadata_path.exists():
         listed, promised = _read_metadata(metadata_path)
         return BagFiles(_listed_files(folder, listed, present, ledger), promised)
     if not present:
         raise BagError(_nothing_in(folder))
-    ledger.note(f"{folder} has no {_METADATA} (recording not closed?); its storage files are read directly")
+    ledger.note(f"{folder} has no {_METADATA_NAME} (recording not closed?); its storage files are read directly")
     return BagFiles(tuple(present), None)
 
 
@@ -66,7 +66,7 @@ def _nothing_in(folder: Path) -> str:
     ros1 = sorted(file.name for file in folder.glob("*.bag"))
     if ros1:
         return f"{folder} holds ROS 1 bags; give one of them: {', '.join(ros1)}"
-    return f"{folder} is not a bag: it holds no {_METADATA} and no .mcap or .db3 file"
+    return f"{folder} is not a bag: it holds no {_METADATA_NAME} and no .mcap or .db3 file"
 
 
 def _listed_files(folder: Path, listed: list[str], present: list[Path], ledger: Ledger) -> tuple[Path, ...]:
@@ -78,11 +78,11 @@ def _listed_files(folder: Path, listed: list[str], present: list[Path], ledger: 
         missing = [path.name for path in expected if path not in found]
         spare = [path for path in present if path not in found]
         if missing:
-            ledger.damage(f"{_METADATA} lists {', '.join(missing)}, which is not in {folder}")
+            ledger.damage(f"{_METADATA_NAME} lists {', '.join(missing)}, which is not in {folder}")
         found += spare
     if not found:
         raise BagError(
-            f"{folder} holds none of the storage files that its {_METADATA} lists "
+            f"{folder} holds none of the storage files that its {_METADATA_NAME} lists "
             f"({', '.join(listed) or 'none'}); copy the bag again, with all its files"
         )
     return tuple(found)

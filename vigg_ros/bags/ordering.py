@@ -21,21 +21,19 @@ from numpy.typing import NDArray
 
 from vigg_ros.bags.storage import Channel, RawMessage
 from vigg_ros.registration.errors import BagError
+from vigg_ros.sensors.header import RESTART_STEP_NS
 
 NEAR_MESSAGES = 32
 """A message at most this many places from its place in line waits in memory, others in a file.
 At most twice as many are held at a time: about 100 MB of RGB-D images."""
 
-_JUMP_NS = 1_000_000_000
-"""A step back of a second or more may begin a new loop; less is jitter, as in tracking."""
-
-_REPEATS = 4
+_LOOP_REPEATS = 4
 """So many repeated stamps in a row make a loop; fewer are duplicated messages."""
 
 _MEMORY_BYTES = 2**26
 """Messages put aside take this much memory before they go to the disk."""
 
-_CHANGED = "the bag changed while it was read; wait until it is complete and read it again"
+_BAG_CHANGED = "the bag changed while it was read; wait until it is complete and read it again"
 
 Reading = Callable[[], Iterator[RawMessage]]
 """Starts one reading of the same messages in the same recorded order."""
@@ -61,7 +59,7 @@ def in_stamp_order(entries: Sequence[StampEntry], reading: Reading) -> Iterator[
     place[order] = np.arange(len(order))
     is_far = np.abs(place - np.arange(len(order))) > NEAR_MESSAGES
     with tempfile.SpooledTemporaryFile(max_size=_MEMORY_BYTES) as file:
-        put_aside = _PutAside(file)
+        put_aside = _SpillFile(file)
         if is_far.any():
             put_aside.fill(is_far, reading())
         yield from _held_back(order, is_far, reading(), put_aside)
@@ -84,7 +82,7 @@ def stamp_order(entries: Sequence[StampEntry]) -> NDArray[np.intp]:
 def loop_numbers(entries: Sequence[StampEntry]) -> NDArray[np.intp]:
     """Which loop (N,) of a playback each entry belongs to, in recorded order; 0 for a bag without loops.
 
-    A new loop begins where a topic, a second or more back, shows several stamps in a row that the
+    A new loop begins where a topic, RESTART_STEP_NS or more back, shows several stamps in a row that the
     present loop has shown already. A single one is a duplicate, and new stamps are disorder.
     """
     loops = np.zeros(len(entries), dtype=np.intp)
@@ -114,7 +112,7 @@ class _TopicStamps:
 
     def add(self, index: int, stamp_ns: int) -> bool:
         """Take the next stamp; True if it makes clear that a new loop has begun."""
-        is_repeat = stamp_ns in self.seen and self.newest - stamp_ns >= _JUMP_NS
+        is_repeat = stamp_ns in self.seen and self.newest - stamp_ns >= RESTART_STEP_NS
         if not is_repeat or stamp_ns <= self.latest:
             self.repeated.clear()
         if is_repeat:
@@ -122,11 +120,11 @@ class _TopicStamps:
         self.seen.add(stamp_ns)
         self.newest = max(self.newest, stamp_ns)
         self.latest = stamp_ns
-        return len(self.repeated) >= _REPEATS
+        return len(self.repeated) >= _LOOP_REPEATS
 
 
 def _held_back(
-    order: NDArray[np.intp], is_far: NDArray[np.bool_], arriving: Iterator[RawMessage], put_aside: _PutAside
+    order: NDArray[np.intp], is_far: NDArray[np.bool_], arriving: Iterator[RawMessage], put_aside: _SpillFile
 ) -> Iterator[RawMessage]:
     """The messages by order: near ones are taken as they arrive and held until it is their turn."""
     held: dict[int, RawMessage] = {}
@@ -135,14 +133,14 @@ def _held_back(
         while index not in held and not is_far[index]:
             arrived, raw = next(numbered, (-1, None))
             if raw is None or arrived >= len(is_far):
-                raise BagError(_CHANGED)
+                raise BagError(_BAG_CHANGED)
             if not is_far[arrived]:
                 held[arrived] = raw
         yield put_aside.take(index) if is_far[index] else held.pop(index)
 
 
-class _PutAside:
-    """Messages far from their place, in a temporary file."""
+class _SpillFile:
+    """Messages far from their place in line, in a temporary file."""
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
@@ -162,7 +160,7 @@ class _PutAside:
     def take(self, index: int) -> RawMessage:
         """The message that was recorded at this index."""
         if index not in self._found:
-            raise BagError(_CHANGED)
+            raise BagError(_BAG_CHANGED)
         channel, log_ns, position, size = self._found.pop(index)
         self._file.seek(position)
         return RawMessage(channel, log_ns, self._file.read(size))

@@ -15,11 +15,11 @@ from tempfile import TemporaryDirectory
 from typing import Literal, TypeVar
 
 from vigg_ros.bags.decoding import Decoder, Undecodable, header_stamp_ns
-from vigg_ros.bags.files import StorageFile, unpack_file
 from vigg_ros.bags.losses import Ledger, Loss
 from vigg_ros.bags.metadata import find_files
 from vigg_ros.bags.ordering import StampEntry, in_stamp_order
 from vigg_ros.bags.storage import RawMessage
+from vigg_ros.bags.storage_file import StorageFile, unpack_file
 from vigg_ros.registration.errors import BagError
 
 IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,15 +37,13 @@ class Rhythm:
     def period_ns(self) -> float:
         """The median step forwards; NaN with fewer than two different stamps."""
         forwards = self.steps_ns[self.steps_ns > 0]
-        return float(np.median(forwards)) if forwards.size else float("nan")
+        return float(np.median(forwards)) if forwards.size else math.nan
 
     @property
     def jitter_ns(self) -> float:
-        """How far 95 % of the steps stay within their median; NaN like the period."""
-        forwards = self.steps_ns[self.steps_ns > 0]
-        if not forwards.size:
-            return float("nan")
-        return float(np.percentile(np.abs(forwards - self.period_ns), 95))
+        """How far 95 % of the steps forwards stay within their median; NaN like the period."""
+        off_ns = np.abs(self.steps_ns[self.steps_ns > 0] - self.period_ns)
+        return float(np.percentile(off_ns, 95)) if off_ns.size else math.nan
 
     @property
     def largest_gap_ns(self) -> int:

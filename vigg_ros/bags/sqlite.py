@@ -16,13 +16,13 @@ from urllib.parse import quote
 from vigg_ros.bags.losses import Ledger
 from vigg_ros.bags.storage import Channel, RawMessage
 
-_ERRORS = (sqlite3.Error, UnicodeDecodeError)
+_READ_ERRORS = (sqlite3.Error, UnicodeDecodeError)
 """The second comes from damaged names that sqlite3 wants to quote in the first."""
 
 _FAILURES_MAX = 1_000
 """Consecutive unreadable row numbers after which the rest of the table is given up."""
 
-_STRIDE = 100
+_STRIDE_ROWS = 100
 """After half as many, a page with thousands of rows must be broken: go on in larger steps."""
 
 
@@ -40,7 +40,7 @@ class SqliteRows:
         self._database.text_factory = lambda text: text.decode(errors="replace")
         try:
             self._by_id = self._read_channels()
-        except _ERRORS:
+        except _READ_ERRORS:
             self._database.close()
             raise
         self.channels = tuple(dict.fromkeys(self._by_id.values()))
@@ -71,10 +71,10 @@ class SqliteRows:
                         last_id, failures = row_id, 0
                         yield topic_id, log_ns, data
                 return
-            except _ERRORS as error:
+            except _READ_ERRORS as error:
                 self._ledger.damage(f"{self._path.name}: rows that cannot be read ({error})")
                 failures += 1
-                last_id += 1 if failures < _FAILURES_MAX // 2 else _STRIDE
+                last_id += 1 if failures < _FAILURES_MAX // 2 else _STRIDE_ROWS
 
     def _read_channels(self) -> dict[int, Channel]:
         rows = self._database.execute("SELECT id, name, type, serialization_format FROM topics").fetchall()
@@ -90,7 +90,7 @@ class SqliteRows:
         query = "SELECT topic_type, encoded_message_definition, encoding FROM message_definitions"
         try:
             rows = self._database.execute(query).fetchall()
-        except _ERRORS:
+        except _READ_ERRORS:
             return {}
         return {row[0]: (row[1], row[2]) for row in rows if all(isinstance(text, str) for text in row)}
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Literal
 
@@ -19,10 +19,10 @@ GROUND_TRUTH_TYPES = ("geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry")
 TF_TYPES = ("tf2_msgs/msg/TFMessage",)
 
 _DEPTH_ENCODING = re.compile(r"16UC1|32FC1|64FC1|16SC1|compressedDepth", re.IGNORECASE)
-_TRANSPORT = re.compile(r"/(compressed|compressedDepth|zstd|theora)$")
-_ALIGNED = re.compile(r"aligned|registered", re.IGNORECASE)
-_NOT_COLOUR = re.compile(r"infra|/ir\d*/|thermal|mask|label|segment|confidence", re.IGNORECASE)
-_TRUTH = re.compile(r"truth|(^|[/_])gt([/_]|$)|vicon|mocap|optitrack|vrpn", re.IGNORECASE)
+_TRANSPORT_NAME = re.compile(r"/(compressed|compressedDepth|zstd|theora)$")
+_ALIGNED_NAME = re.compile(r"aligned|registered", re.IGNORECASE)
+_NOT_COLOUR_NAME = re.compile(r"infra|/ir\d*/|thermal|mask|label|segment|confidence", re.IGNORECASE)
+_TRUTH_NAME = re.compile(r"truth|(^|[/_])gt([/_]|$)|vicon|mocap|optitrack|vrpn", re.IGNORECASE)
 
 
 class TopicError(BagError):
@@ -76,22 +76,8 @@ class TopicChoice:
         return tuple(topic.name for topic in chosen if topic is not None)
 
 
-@dataclass(frozen=True, slots=True)
-class _Candidates:
-    """What could be meant by each option."""
-
-    image: Sequence[Topic]
-    camera_info: Sequence[Topic]
-    geometry: Sequence[Topic]
-    geometry_option: Literal["depth", "points"]
-    depth_namespaces: frozenset[str] = field(default_factory=frozenset)
-
-
 def choose_topics(
-    topics: Sequence[Topic],
-    requested: TopicRequest = TopicRequest(),
-    *,
-    encodings: Mapping[str, str] | None = None,
+    topics: Sequence[Topic], requested: TopicRequest = TopicRequest(), *, encodings: Mapping[str, str] | None = None
 ) -> TopicChoice:
     """The topics to use, of those a bag holds (``BagReader.topics``, ``BagReader.encodings()``).
 
@@ -99,48 +85,48 @@ def choose_topics(
     to compressed ones. Raises TopicError, listing the candidates and the option to give, when a topic
     is missing, has the wrong type, or several could be meant.
     """
-    candidates = _find_candidates(topics, requested, encodings or {})
-    image, camera_info, geometry = _best_combination(candidates)
+    images = [topic for topic in topics if topic.type in IMAGE_TYPES]
+    depths = [topic for topic in images if _is_depth(topic, encodings or {})]
+    candidates = _find_candidates(topics, depths, requested)
+    chosen = _best_combination(candidates, frozenset(map(_namespace, depths)))
+    image, _, geometry = chosen.values()
     if image.name == geometry.name:
-        raise TopicError(f"{image.name} cannot be both --image-topic and --{candidates.geometry_option}-topic")
-    is_depth = candidates.geometry_option == "depth"
+        raise TopicError(f"{image.name} cannot be both --image-topic and --{list(chosen)[2]}-topic")
     truth, notes = _find_truth(topics, requested.ground_truth)
     transforms = [topic for topic in topics if topic.type in TF_TYPES and topic.name.endswith("tf_static")]
     return TopicChoice(
         image=image,
-        camera_info=camera_info,
-        depth=geometry if is_depth else None,
-        points=None if is_depth else geometry,
+        camera_info=chosen["camera_info"],
+        depth=chosen.get("depth"),
+        points=chosen.get("points"),
         ground_truth=truth,
         tf_static=transforms[0] if transforms else None,
         notes=notes,
     )
 
 
-def _find_candidates(topics: Sequence[Topic], requested: TopicRequest, encodings: Mapping[str, str]) -> _Candidates:
-    images = [topic for topic in topics if topic.type in IMAGE_TYPES]
-    depths = [topic for topic in images if _is_depth(topic, encodings)]
-    colours = [topic for topic in images if topic not in depths]
+def _find_candidates(
+    topics: Sequence[Topic], depths: Sequence[Topic], requested: TopicRequest
+) -> dict[str, list[Topic]]:
+    """What could be meant by each option: image, camera_info, and depth or points."""
     by_depth = requested.geometry == "depth" or (
         requested.geometry is None and not requested.points and bool(depths or requested.depth)
     )
-    clouds = [topic for topic in topics if topic.type in POINTS_TYPES]
-    if not (by_depth or clouds or requested.geometry):
+    if not (by_depth or requested.geometry or any(topic.type in POINTS_TYPES for topic in topics)):
         raise TopicError(
             "found neither depth images (--depth-topic) nor clouds (--points-topic); "
             + _listing(topics, (*IMAGE_TYPES, *POINTS_TYPES))
         )
     if by_depth:
-        geometry = _narrow(topics, depths, requested.depth, "depth", IMAGE_TYPES)
+        geometry = {"depth": _narrow(topics, depths, requested.depth, "depth", IMAGE_TYPES)}
     else:
-        geometry = _narrow(topics, topics, requested.points, "points", POINTS_TYPES)
-    return _Candidates(
-        image=_narrow(topics, colours, requested.image, "image", IMAGE_TYPES),
-        camera_info=_narrow(topics, topics, requested.camera_info, "camera-info", CAMERA_INFO_TYPES),
-        geometry=geometry,
-        geometry_option="depth" if by_depth else "points",
-        depth_namespaces=frozenset(map(_namespace, depths)),
-    )
+        geometry = {"points": _narrow(topics, topics, requested.points, "points", POINTS_TYPES)}
+    colours = [topic for topic in topics if topic not in depths]
+    return {
+        "image": _narrow(topics, colours, requested.image, "image", IMAGE_TYPES),
+        "camera_info": _narrow(topics, topics, requested.camera_info, "camera-info", CAMERA_INFO_TYPES),
+        **geometry,
+    }
 
 
 def _narrow(
@@ -160,27 +146,26 @@ def _narrow(
     return [topic for topic in found if topic.count] or found
 
 
-def _best_combination(candidates: _Candidates) -> tuple[Topic, Topic, Topic]:
-    """Image, camera info and geometry that belong together best; raises TopicError for a tie."""
-    combinations = list(product(candidates.image, candidates.camera_info, candidates.geometry))
-    scores = [_score(*combination, candidates.depth_namespaces) for combination in combinations]
+def _best_combination(candidates: dict[str, list[Topic]], depth_namespaces: frozenset[str]) -> dict[str, Topic]:
+    """Of each option the topic that belongs to the others best; raises AmbiguousTopicError for a tie."""
+    combinations = list(product(*candidates.values()))
+    scores = [_score(image, info, geometry, depth_namespaces) for image, info, geometry in combinations]
     highest = max(scores)
     best = [one for one, score in zip(combinations, scores, strict=True) if score == highest]
-    options = ("image", "camera_info", candidates.geometry_option)
-    for option, members in zip(options, zip(*best, strict=True), strict=True):
+    for option, members in zip(candidates, zip(*best, strict=True), strict=True):
         names = sorted({topic.name for topic in members})
         if len(names) > 1:
             raise AmbiguousTopicError(option, names, "meant")
-    return best[0]
+    return dict(zip(candidates, best[0], strict=True))
 
 
 def _score(image: Topic, info: Topic, geometry: Topic, depth_namespaces: frozenset[str]) -> tuple[float, ...]:
     """How well three topics belong together; compared from left to right, larger is better."""
     return (
-        not _NOT_COLOUR.search(image.name),
+        not _NOT_COLOUR_NAME.search(image.name),
         _info_rank(image, info, depth_namespaces),
         geometry.type in POINTS_TYPES or _root(image) == _root(geometry),
-        bool(_ALIGNED.search(geometry.name)),
+        bool(_ALIGNED_NAME.search(geometry.name)),
         _namespace(image) == _namespace(geometry),
         image.type == IMAGE_TYPES[0],
         geometry.type != IMAGE_TYPES[1],
@@ -196,12 +181,12 @@ def _info_rank(image: Topic, info: Topic, depth_namespaces: frozenset[str]) -> i
         return 3
     if namespace not in depth_namespaces and _root(info) == _root(image):
         return 2
-    return 1 if namespace not in depth_namespaces or _ALIGNED.search(namespace) else 0
+    return 1 if namespace not in depth_namespaces or _ALIGNED_NAME.search(namespace) else 0
 
 
 def _processing_rank(name: str) -> int:
     """Of images of the same camera, colour before grey and rectified before raw."""
-    last = _TRANSPORT.sub("", name).rpartition("/")[2]
+    last = _TRANSPORT_NAME.sub("", name).rpartition("/")[2]
     return 2 * ("mono" not in last) + ("rect" in last)
 
 
@@ -210,7 +195,7 @@ def _find_truth(topics: Sequence[Topic], name: str | None) -> tuple[Topic | None
     if name is not None:
         return _narrow(topics, topics, name, "ground-truth", GROUND_TRUTH_TYPES)[0], ()
     poses = [topic for topic in topics if topic.type in GROUND_TRUTH_TYPES and topic.count]
-    called = [topic for topic in poses if _TRUTH.search(topic.name)]
+    called = [topic for topic in poses if _TRUTH_NAME.search(topic.name)]
     if len(called) > 1:
         raise AmbiguousTopicError("ground_truth", [topic.name for topic in called], "the truth")
     if called:
@@ -230,7 +215,7 @@ def _is_depth(topic: Topic, encodings: Mapping[str, str]) -> bool:
 
 def _namespace(topic: Topic) -> str:
     """/camera/color of /camera/color/image_raw/compressed."""
-    return _TRANSPORT.sub("", topic.name).rpartition("/")[0]
+    return _TRANSPORT_NAME.sub("", topic.name).rpartition("/")[0]
 
 
 def _root(topic: Topic) -> str:

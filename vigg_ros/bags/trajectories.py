@@ -13,15 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import BagError, DataError
-from vigg_ros.registration.quaternion import rotation_from_quaternion
-
-NS_PER_S = 1_000_000_000
+from vigg_ros.registration.rigid import nearest_rigid, rigid_from_quaternion
+from vigg_ros.sensors.header import NS_PER_S
 
 START_NS = NS_PER_S
 """Where data sets that count from 0 begin here: ROS takes a stamp of 0 for one that was not set."""
-
-_ORTHONORMAL_TOLERANCE = 1e-2
-"""Rotations are written with three to eight digits; what is further off is no rotation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +71,7 @@ def read_numbers(path: Path) -> NDArray[np.float64]:
 def read_matrix_pose(path: Path) -> NDArray[np.float64] | None:
     """The pose (4, 4) in a file of 16 numbers; None if it is marked as unknown (NaN, Inf) or no pose."""
     numbers = read_numbers(path)
-    return rigid(numbers.reshape(4, 4)) if numbers.size == 16 else None
+    return nearest_rigid(numbers.reshape(4, 4)) if numbers.size == 16 else None
 
 
 def read_tum_poses(path: Path) -> list[tuple[str, NDArray[np.float64] | None]]:
@@ -92,26 +88,11 @@ def read_tum_poses(path: Path) -> list[tuple[str, NDArray[np.float64] | None]]:
     return found
 
 
-def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The rigid transform (4, 4) nearest to a rounded one; None if it is not finite or not rigid."""
-    R = matrix[:3, :3]
-    if not np.isfinite(matrix).all() or np.abs(R @ R.T - np.eye(3)).max() > _ORTHONORMAL_TOLERANCE:
-        return None
-    U, _, Vt = np.linalg.svd(R)
-    T = np.eye(4)
-    T[:3, :3] = U @ Vt
-    T[:3, 3] = matrix[:3, 3]
-    return T if np.linalg.det(T[:3, :3]) > 0 else None
-
-
 def _pose_of_quaternion(values: list[float]) -> NDArray[np.float64] | None:
-    T = np.eye(4)
-    T[:3, 3] = values[:3]
     try:
-        T[:3, :3] = rotation_from_quaternion(*values[3:])
+        return rigid_from_quaternion(values[:3], values[3:])
     except DataError:
         return None
-    return T if np.isfinite(T).all() else None
 
 
 def _number(word: str, path: Path, line: int) -> float:

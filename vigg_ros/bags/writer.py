@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes rosbag2 bags of messages as ``messages.encode`` makes them."""
+"""Writes rosbag2 bags of messages as the encoders of ``messages`` make them."""
 
 from __future__ import annotations
 
@@ -10,15 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
-from rosbags.interfaces import (
-    Connection,
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
+from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
 
 from vigg_ros.bags.decoding import message_types
@@ -34,17 +26,17 @@ _COMPRESSIONS = {
     "message": CompressionMode.MESSAGE,
     "file": CompressionMode.FILE,
 }
-_ERRORS = (OSError, WriterError, sqlite3.Error)
-_FOREVER = QosTime(9223372036, 854775807)
-_LATCHED = Qos(
+_WRITE_ERRORS = (OSError, WriterError, sqlite3.Error)
+_INFINITE_TIME = QosTime(9223372036, 854775807)
+_LATCHED_QOS = Qos(
     history=QosHistory.KEEP_LAST,
     depth=1,
     reliability=QosReliability.RELIABLE,
     durability=QosDurability.TRANSIENT_LOCAL,
-    deadline=_FOREVER,
-    lifespan=_FOREVER,
+    deadline=_INFINITE_TIME,
+    lifespan=_INFINITE_TIME,
     liveliness=QosLiveliness.AUTOMATIC,
-    liveliness_lease_duration=_FOREVER,
+    liveliness_lease_duration=_INFINITE_TIME,
     avoid_ros_namespace_conventions=False,
 )
 """What tf2 asks of /tf_static: who comes late gets the last message. The times are rmw's "infinite"."""
@@ -63,11 +55,7 @@ class BagWriter:
     """
 
     def __init__(
-        self,
-        path: Path | str,
-        *,
-        storage: Literal["mcap", "sqlite3"] = "mcap",
-        compression: Compression = "none",
+        self, path: Path | str, *, storage: Literal["mcap", "sqlite3"] = "mcap", compression: Compression = "none"
     ) -> None:
         self.path = Path(path)
         if compression == "chunk" and storage != "mcap":
@@ -83,7 +71,7 @@ class BagWriter:
     def __enter__(self) -> BagWriter:
         try:
             self._writer.open()
-        except _ERRORS as error:
+        except _WRITE_ERRORS as error:
             raise self._failure(error) from error
         return self
 
@@ -91,7 +79,7 @@ class BagWriter:
         try:
             if exception_type is None:
                 self._writer.close()
-        except _ERRORS as error:
+        except _WRITE_ERRORS as error:
             raise self._failure(error) from error
         finally:
             with suppress(Exception):  # nothing is left to abort after a good close
@@ -103,7 +91,7 @@ class BagWriter:
         data = store.serialize_cdr(build(message, store.types.__getitem__, ROSBAGS), message.type)
         try:
             self._writer.write(self._connection(topic, message.type), log_ns, data)
-        except _ERRORS as error:
+        except _WRITE_ERRORS as error:
             raise self._failure(error) from error
 
     def _connection(self, topic: str, type_name: str) -> Connection:
@@ -113,7 +101,7 @@ class BagWriter:
                 topic,
                 type_name,
                 typestore=message_types(),
-                offered_qos_profiles=[_LATCHED] if topic == "/tf_static" else [],
+                offered_qos_profiles=[_LATCHED_QOS] if topic == "/tf_static" else [],
             )
         return self._connections[key]
 

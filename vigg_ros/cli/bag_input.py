@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
@@ -21,8 +20,8 @@ from vigg_ros.bench.datasets.tum_folder import read_stamped_poses
 from vigg_ros.cli.config_arguments import ChosenConfig, choose_config
 from vigg_ros.cli.console import UsageError
 from vigg_ros.pipeline import Pipeline
-from vigg_ros.registration.errors import BagError
-from vigg_ros.registration.rigid import inverse
+from vigg_ros.registration.errors import BagError, DataError
+from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
 from vigg_ros.report.bag_messages import chosen_topics, read_extrinsics, read_messages
 from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import StampedPose
@@ -108,21 +107,12 @@ def find_extrinsics(given: list[float] | None, reader: BagReader, choice: TopicC
 
 def given_extrinsics(given: list[float]) -> NDArray[np.float64]:
     """T_camera_points (4, 4) of the seven numbers of --extrinsics. Raises UsageError."""
-    x, y, z, *quaternion = given
     if not np.isfinite(given).all():
         raise UsageError(f"--extrinsics: found {given}, expected finite numbers")
     try:
-        return inverse(pose_matrix((x, y, z), tuple(quaternion)))
-    except ValueError as error:
+        return inverse(rigid_from_quaternion(given[:3], given[3:]))
+    except DataError as error:
         raise UsageError(f"--extrinsics: {error}") from error
-
-
-def pose_matrix(position: tuple[float, ...], quaternion: tuple[float, ...]) -> NDArray[np.float64]:
-    """T_parent_child (4, 4) of metres and a quaternion x y z w. Raises ValueError for a quaternion of norm 0."""
-    T_parent_child = np.eye(4)
-    T_parent_child[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
-    T_parent_child[:3, 3] = position
-    return T_parent_child
 
 
 def read_truth(path: Path) -> list[StampedPose]:

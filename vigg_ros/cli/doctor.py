@@ -27,6 +27,7 @@ from vigg_ros.registration.config import Config
 from vigg_ros.report.diagnosis import Diagnosis, DiagnosisRequest, diagnose
 from vigg_ros.report.findings import DoctorFinding
 from vigg_ros.report.samples import SAMPLED_MESSAGES, Sample
+from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.tracking.extrinsics import Lookup
 
 TOPIC_COLUMNS = ("topic", "type", "messages", "rate", "from", "to", "largest gap", "jitter")
@@ -121,7 +122,7 @@ def _contents(reader: BagReader, rhythms: Mapping[str, Rhythm]) -> Iterator[str]
     rows = [_row(topic.name, topic.type, topic.count, rhythms.get(topic.name), start_ns) for topic in reader.topics]
     yield from table([TOPIC_COLUMNS, *rows]).split("\n")
     if start_ns is not None:
-        day = datetime.fromtimestamp(max(0, start_ns) // 10**9, timezone.utc)
+        day = datetime.fromtimestamp(max(0, start_ns) // NS_PER_S, timezone.utc)
         yield f"Times are header stamps, counted from {start_ns} ns ({day:%Y-%m-%d %H:%M:%S} UTC);"
         yield "those with * are times of recording, as the type has no header."
 
@@ -130,13 +131,13 @@ def _row(name: str, kind: str, count: int, rhythm: Rhythm | None, start_ns: int 
     shown = kind.replace("/msg/", "/")
     if rhythm is None or not rhythm.stamps_ns.size or start_ns is None:
         return name, shown, str(count), *["-"] * 5
-    first_s, last_s = ((int(stamp) - start_ns) / 1e9 for stamp in (rhythm.stamps_ns[0], rhythm.stamps_ns[-1]))
+    first_s, last_s = ((int(stamp) - start_ns) / NS_PER_S for stamp in (rhythm.stamps_ns[0], rhythm.stamps_ns[-1]))
     mark = "" if rhythm.has_stamps else "*"
     times = (f"{first_s:.3f} s{mark}", f"{last_s:.3f} s{mark}")
     if not rhythm.period_ns > 0:
         return name, shown, str(count), "-", *times, "-", "-"
     gap, jitter = f"{rhythm.largest_gap_ns / 1e6:.1f} ms", f"{rhythm.jitter_ns / 1e6:.1f} ms"
-    return name, shown, str(count), f"{1e9 / rhythm.period_ns:.1f} Hz", *times, gap, jitter
+    return name, shown, str(count), f"{NS_PER_S / rhythm.period_ns:.1f} Hz", *times, gap, jitter
 
 
 def replay_command(arguments: Namespace, request: TopicRequest) -> str:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vigg_ros.messages.encode import ERROR, OK, WARN, encode_diagnostic_status
+from vigg_ros.messages.diagnostic_messages import ERROR, OK, WARN, encode_diagnostic_status
 from vigg_ros.messages.fields import Message
 from vigg_ros.tracking.columns import known_values_of, timing_name
 from vigg_ros.tracking.frame_result import FrameResult, State

@@ -8,8 +8,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Generic, TypeVar
 
-from vigg_ros.messages.encode import encode_odometry, encode_pose, encode_pose_with_covariance
 from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import encode_odometry, encode_pose, encode_pose_with_covariance
 from vigg_ros.registration.result import Registration
 from vigg_ros.tracking.chain import UncertainPose
 from vigg_ros.tracking.sensor_mount import BaseResult

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vigg_ros.messages.encode import ERROR, OK, WARN, encode_diagnostic_status
+from vigg_ros.messages.diagnostic_messages import ERROR, OK, WARN, encode_diagnostic_status
 from vigg_ros.messages.fields import Message
 from vigg_ros.node.frame_statistics import FrameStatistics
 from vigg_ros.node.input_monitor import InputMonitor

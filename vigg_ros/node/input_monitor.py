@@ -9,6 +9,7 @@ from collections import Counter, deque
 import numpy as np
 
 from vigg_ros.node.rates import Rate
+from vigg_ros.sensors.header import NS_PER_S
 
 PERIODS = 100
 """Steps between stamps from which the usual one is taken."""
@@ -26,7 +27,7 @@ class StampGaps:
 
     def add(self, stamp_ns: int) -> None:
         """The stamp of a message that arrived."""
-        if self._last_ns is not None and 0 < stamp_ns - self._last_ns < 1_000_000_000:
+        if self._last_ns is not None and 0 < stamp_ns - self._last_ns < NS_PER_S:
             self._steps_ns.append(stamp_ns - self._last_ns)
         self._last_ns = stamp_ns
 
@@ -93,4 +94,4 @@ def offset_s(leader: InputMonitor, follower: InputMonitor) -> float | None:
         return None
     theirs = np.sort(np.array(follower.stamps_ns))
     distances = [theirs[np.argmin(np.abs(theirs - stamp))] - stamp for stamp in leader.stamps_ns]
-    return float(np.median(distances)) / 1e9
+    return float(np.median(distances)) / NS_PER_S

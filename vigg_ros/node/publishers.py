@@ -14,9 +14,10 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, PointCloud2
 
-from vigg_ros.messages import encode
+from vigg_ros.messages.diagnostic_messages import encode_diagnostic_array
 from vigg_ros.messages.fields import Message
 from vigg_ros.messages.result_messages import PathPoses, PoseMessages
+from vigg_ros.messages.sensor_messages import encode_image, encode_points
 from vigg_ros.node.ros_classes import ros
 from vigg_ros.pictures import Picture, draw_matches
 from vigg_ros.registration.result import Registration
@@ -61,7 +62,7 @@ class Publishers:
         self._publish_reference(base, compared)
         if self._matches.get_subscription_count():
             picture = matches_picture(result, compared)
-            message = encode.encode_image(picture, stamp_ns=result.stamp_ns, frame_id=result.frame_id)
+            message = encode_image(picture, stamp_ns=result.stamp_ns, frame_id=result.frame_id)
             self._matches.publish(ros(message))
 
     def publish_status(self, status: Message) -> None:
@@ -70,7 +71,7 @@ class Publishers:
 
     def publish_diagnostics(self, statuses: list[Message], *, stamp_ns: int) -> None:
         """A message on /diagnostics."""
-        self._diagnostics.publish(ros(encode.encode_diagnostic_array(statuses, stamp_ns=stamp_ns)))
+        self._diagnostics.publish(ros(encode_diagnostic_array(statuses, stamp_ns=stamp_ns)))
 
     def publish_path(self) -> None:
         """The path so far, if it has grown."""
@@ -81,7 +82,7 @@ class Publishers:
     def forget(self) -> None:
         """Begin a new path, and show that the old one and its keyframe hold no more; a reset asks for it."""
         if self._reference is not None:
-            nothing = encode.encode_points(np.empty((0, 3)), stamp_ns=self._reference[1], frame_id=self._odom_frame)
+            nothing = encode_points(np.empty((0, 3)), stamp_ns=self._reference[1], frame_id=self._odom_frame)
             self._keyframe_points.publish(ros(nothing))
         self._reference = None
         self._messages.restart()
@@ -108,7 +109,7 @@ class Publishers:
         self._reference = (result.session, stamp_ns)
         points = transform(base.mount.T_base_sensor @ T_odom_sensor, features.surface.points)
         self._keyframe_points.publish(
-            ros(encode.encode_points(points, stamp_ns=stamp_ns, frame_id=self._odom_frame))
+            ros(encode_points(points, stamp_ns=stamp_ns, frame_id=self._odom_frame))
         )
 
 

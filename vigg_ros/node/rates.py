@@ -9,6 +9,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from vigg_ros.sensors.header import NS_PER_S
+
 JITTER = 0.1
 """Stamps of a regular camera vary; a frame may come this share of the period early."""
 
@@ -26,7 +28,7 @@ class RateLimit:
         """Whether this frame is to be registered; the first one of a session always is."""
         if self.max_rate_hz <= 0:
             return True
-        period_ns = 1e9 / self.max_rate_hz
+        period_ns = NS_PER_S / self.max_rate_hz
         due_ns = self._place_ns + period_ns
         if session == self._session and stamp_ns < due_ns - JITTER * period_ns:
             return False

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.registration.errors import ConfigError, DataError
 from vigg_ros.registration.options import check_option, coerced, option, unknown_name
-from vigg_ros.registration.quaternion import rotation_from_quaternion
-from vigg_ros.registration.rigid import inverse
+from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
 
 DYNAMIC = frozenset({"max_rate", "time_budget"})
 """Parameters that can be set while the node runs. All others are read-only."""
@@ -177,13 +176,10 @@ def parse_extrinsics(text: str) -> NDArray[np.float64] | None:
         numbers = []
     if len(numbers) != 7 or not all(map(math.isfinite, numbers)):
         raise ConfigError(f"extrinsics is {text!r}, expected tf or seven numbers: x y z qx qy qz qw")
-    T_parent_camera = np.eye(4)
     try:
-        T_parent_camera[:3, :3] = rotation_from_quaternion(*numbers[3:])
+        return rigid_from_quaternion(numbers[:3], numbers[3:])
     except DataError as error:
         raise ConfigError(f"extrinsics: {error}") from error
-    T_parent_camera[:3, 3] = numbers[:3]
-    return T_parent_camera
 
 
 def unmatched_nodes(content: Any, node_name: str) -> list[str]:

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.time import Time
 
-from vigg_ros.messages.encode import encode_transform
+from vigg_ros.messages.pose_messages import encode_transform
 from vigg_ros.node.ros_classes import ros
 from vigg_ros.node.tf_parents import ParentWatch
-from vigg_ros.registration.errors import ConfigError, DataError
+from vigg_ros.registration.errors import ConfigError
 from vigg_ros.sensors.stamped_pose import decode_transform
+from vigg_ros.tracking.extrinsics import require_frame_names
 
 
 class Transforms:
@@ -39,13 +40,7 @@ class Transforms:
 
     def lookup(self, target: str, source: str) -> NDArray[np.float64] | None:
         """The latest T_target_source, None while TF does not know it; does not wait. Raises DataError."""
-        if not (target and source):
-            raise DataError(
-                "FRAME_ID_EMPTY",
-                found=f"frames {source!r} and {target!r}",
-                expected="the names of two frames in TF",
-                remedy="set the driver's frame_id, or give the extrinsics as a parameter",
-            )
+        require_frame_names(target, source)
         try:
             transform = self._buffer.lookup_transform(target, source, Time())
         except self._unknown:

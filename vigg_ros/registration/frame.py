@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.geometry import DepthMap, ProjectedScan
+from vigg_ros.registration.rigid import is_rigid
 
 MAX_COORDINATE_M = 1e5
 """Points beyond are no measurements of any scanner."""
@@ -157,9 +158,7 @@ def _check_times(times_s: NDArray[np.float64], count: int) -> NDArray[np.float64
 
 def _check_rigid(T_camera_points: NDArray[np.float64]) -> NDArray[np.float64]:
     T = np.asarray(T_camera_points, np.float64)
-    # Calibration files print six digits; 1e-3 leaves room for that.
-    good = T.shape == (4, 4) and np.isfinite(T).all() and np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-3)
-    if not good or np.linalg.det(T[:3, :3]) < 0 or not np.allclose(T[3], (0, 0, 0, 1)):
+    if not is_rigid(T):
         raise DataError(
             "BAD_EXTRINSICS",
             found=f"T_camera_points = {T.tolist()}",

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rotation matrices and the quaternions (x, y, z, w) of geometry_msgs."""
+"""Rotation matrices and quaternions, everywhere in the order of geometry_msgs: x, y, z, w."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vigg_ros.registration.errors import DataError
 
 
 def quaternion_from_rotation(R: NDArray[np.floating]) -> tuple[float, float, float, float]:
-    """The unit quaternion (x, y, z, w) with w >= 0 of a rotation (3, 3)."""
+    """The unit quaternion with w >= 0 of a rotation (3, 3)."""
     x, y, z, w = quaternions_from_rotations(np.asarray(R)[None])[0].tolist()
     return x, y, z, w
 
 
 def quaternions_from_rotations(R: NDArray[np.floating]) -> NDArray[np.float64]:
-    """The unit quaternions (N, 4) as x, y, z, w with w >= 0 of rotations (N, 3, 3).
+    """The unit quaternions (N, 4) with w >= 0 of rotations (N, 3, 3).
 
     Each of the four rows of products q_i * q (Shepperd, 1978) is a multiple of q; the longest one keeps
     its digits at every angle, 180 degrees included.

@@ -5,9 +5,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+
+from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.quaternion import rotation_from_quaternion
+
+ORTHONORMAL_TOLERANCE = 2e-3
+"""How far an entry of R R^T may be from the identity's. Rotations come from files with three digits and more:
+entries that are off by 0.0005 leave it at most 2 sqrt(3) * 0.0005 = 0.0017 away."""
 
 COLLINEAR_RATIO = 1e-4
 """Second over first singular value of the cross-covariance; below it the rotation about a line is free.
@@ -18,6 +26,47 @@ It is a ratio of variances: a set 1 m long is refused when it is thinner than 1 
 SPOT_M2 = 1e-12
 ROUNDING = 1e-13
 """Second moments of points on one spot: of a micrometre, or of some hundred roundings of the extent squared."""
+
+
+def rigid_from_quaternion(position_m: Sequence[float], quaternion: Sequence[float]) -> NDArray[np.float64]:
+    """T (4, 4) of a position (3,) and a quaternion (4,) of any length. Raises DataError where they are none."""
+    if not all(map(math.isfinite, position_m)):
+        raise DataError(
+            "BAD_POSITION",
+            found=f"position {tuple(position_m)}",
+            expected="finite metres",
+            remedy="check the publisher of this pose",
+        )
+    T = np.eye(4)
+    T[:3, :3] = rotation_from_quaternion(*quaternion)
+    T[:3, 3] = position_m
+    return T
+
+
+def is_rotation(R: NDArray[np.float64]) -> bool:
+    """Whether a matrix (3, 3) is a rotation, but for the rounding of ORTHONORMAL_TOLERANCE."""
+    if not np.abs(R).max() < 2:  # nor does NaN pass, and nothing overflows below
+        return False
+    error = np.abs(R @ R.T - np.eye(3)).max()
+    return bool(error <= ORTHONORMAL_TOLERANCE and np.linalg.det(R) > 0)
+
+
+def is_rigid(T: NDArray[np.float64]) -> bool:
+    """Whether an array is a rigid transform (4, 4), but for rounding."""
+    if T.shape != (4, 4) or not np.isfinite(T).all():
+        return False
+    return is_rotation(T[:3, :3]) and np.allclose(T[3], (0, 0, 0, 1))
+
+
+def nearest_rigid(T: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """The rigid transform (4, 4) that a rounded one stands for; None if it is none."""
+    if not is_rigid(T):
+        return None
+    U, _, Vt = np.linalg.svd(T[:3, :3])
+    nearest = np.eye(4)
+    nearest[:3, :3] = U @ Vt
+    nearest[:3, 3] = T[:3, 3]
+    return nearest
 
 
 def transform(T_target_source: NDArray[np.float64], points: NDArray[np.floating]) -> NDArray[np.float64]:

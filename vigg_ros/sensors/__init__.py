@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From messages to observations: arrays with finite numbers, or a DataError."""
+"""From messages to observations, online and offline: arrays with finite numbers, or a DataError."""

@@ -9,37 +9,57 @@ rectified one (``image_rect``). The message does not say which it accompanies; t
 from __future__ import annotations
 
 import re
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.header import read_header
+from vigg_ros.sensors.header import HeaderMessage, read_header
 from vigg_ros.sensors.message_limits import check_image_size
-from vigg_ros.sensors.message_shapes import CameraInfoMessage
 from vigg_ros.sensors.observation import Calibration, Note
-from vigg_ros.sensors.rectification import IDENTITY, Rectifier, binned, cropped
+from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, binned, cropped
 
-Images = Literal["raw", "rectified"]
-Policy = Literal["auto", "assume_rectified", "undistort"]
+ImageKind = Literal["raw", "rectified"]
+RectifyPolicy = Literal["auto", "assume_rectified", "undistort"]
 
-_RECTIFIED = re.compile(r"(?:^|[/_])rect(?:ified)?(?:[/_]|$)")
+_RECTIFIED_NAME = re.compile(r"(?:^|[/_])rect(?:ified)?(?:[/_]|$)")
 
 
-def images_on(topic: str, rectify: Policy = "auto") -> Images:
+class RegionMessage(Protocol):
+    """sensor_msgs/RegionOfInterest."""
+
+    x_offset: int
+    y_offset: int
+    height: int
+    width: int
+
+
+class CameraInfoMessage(Protocol):
+    """sensor_msgs/CameraInfo; its matrices are d, k, r, p in ROS 2 and D, K, R, P in ROS 1."""
+
+    header: HeaderMessage
+    height: int
+    width: int
+    distortion_model: str
+    binning_x: int
+    binning_y: int
+    roi: RegionMessage
+
+
+def images_on(topic: str, rectify: RectifyPolicy = "auto") -> ImageKind:
     """Whether the images of a topic are raw or rectified.
 
     ``auto`` goes by the names of image_pipeline: "rect" as a word of the topic (image_rect, image_rect_color,
     rgb/rect/image). The other two policies say it for all topics.
     """
     if rectify == "auto":
-        return "rectified" if _RECTIFIED.search(topic.lower()) else "raw"
+        return "rectified" if _RECTIFIED_NAME.search(topic.lower()) else "raw"
     return "rectified" if rectify == "assume_rectified" else "raw"
 
 
-def decode_camera_info(msg: CameraInfoMessage, *, images: Images) -> Calibration:
+def decode_camera_info(msg: CameraInfoMessage, *, images: ImageKind) -> Calibration:
     """The camera of the images that come with this CameraInfo, raw or rectified.
 
     Rectified images: P, or K where P is zero. Raw images: a rectifier to the camera of P (or K) if the lens
@@ -53,10 +73,10 @@ def decode_camera_info(msg: CameraInfoMessage, *, images: Images) -> Calibration
     taken = _camera(msg, K.reshape(3, 3), size)
     rectified = _camera(msg, P.reshape(3, 4), size) if P[0] else taken
     notes = header.notes + _stereo_notes(P)
-    if images == "rectified":
-        return Calibration(header.stamp_ns, header.frame_id, rectified, None, _is_cropped(msg), notes)
-    rectifier = _rectifier(msg.distortion_model, D, R if P[0] else np.zeros(9), taken, rectified)
-    camera = taken if rectifier is None else rectified
+    rectifier = None
+    if images == "raw":
+        rectifier = _rectifier(msg.distortion_model, D, R if P[0] else np.zeros(9), taken, rectified)
+    camera = taken if images == "raw" and rectifier is None else rectified
     return Calibration(header.stamp_ns, header.frame_id, camera, rectifier, _is_cropped(msg), notes)
 
 
@@ -78,10 +98,7 @@ def _camera(msg: CameraInfoMessage, K: NDArray[np.float64], size: tuple[int, int
     """The camera of the published image from a matrix for the full sensor."""
     if K[0, 1] != 0:
         raise DataError(
-            "BAD_INTRINSICS",
-            found=f"a skew of {K[0, 1]}",
-            expected="0",
-            remedy="calibrate with a model without skew",
+            "BAD_INTRINSICS", found=f"a skew of {K[0, 1]}", expected="0", remedy="calibrate with a model without skew"
         )
     full = Camera(*size, float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
     return _binned(_cropped(full, msg), msg)
@@ -90,8 +107,7 @@ def _camera(msg: CameraInfoMessage, K: NDArray[np.float64], size: tuple[int, int
 def _cropped(full: Camera, msg: CameraInfoMessage) -> Camera:
     if not _is_cropped(msg):
         return full
-    roi = msg.roi
-    left, top, width, height = int(roi.x_offset), int(roi.y_offset), int(roi.width), int(roi.height)
+    left, top, width, height = _region(msg)
     if not (width and height and left + width <= full.width_px and top + height <= full.height_px):
         raise DataError(
             "BAD_REGION",
@@ -102,10 +118,12 @@ def _cropped(full: Camera, msg: CameraInfoMessage) -> Camera:
     return cropped(full, left_px=left, top_px=top, width_px=width, height_px=height)
 
 
+def _region(msg: CameraInfoMessage) -> tuple[int, int, int, int]:
+    return int(msg.roi.x_offset), int(msg.roi.y_offset), int(msg.roi.width), int(msg.roi.height)
+
+
 def _is_cropped(msg: CameraInfoMessage) -> bool:
-    roi = msg.roi
-    window = (int(roi.x_offset), int(roi.y_offset), int(roi.width), int(roi.height))
-    return window not in ((0, 0, 0, 0), (0, 0, int(msg.width), int(msg.height)))
+    return _region(msg) not in ((0, 0, 0, 0), (0, 0, int(msg.width), int(msg.height)))
 
 
 def _binned(camera: Camera, msg: CameraInfoMessage) -> Camera:
@@ -124,9 +142,9 @@ def _rectifier(
     model: str, D: NDArray[np.float64], R: NDArray[np.float64], taken: Camera, rectified: Camera
 ) -> Rectifier | None:
     """What undistorts the images, None if there is nothing to undistort."""
-    rotation = tuple(R.tolist()) if R.any() else IDENTITY
+    rotation = tuple(R.tolist()) if R.any() else IDENTITY_ROTATION
     if not D.any():
-        if rotation == IDENTITY:
+        if rotation == IDENTITY_ROTATION:
             return None
         # A lens without distortion in a rig that is rotated: any model will do.
         return Rectifier(taken, rectified, "plumb_bob", (0.0,) * 4, rotation)

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.header import read_header
-from vigg_ros.sensors.message_limits import check_image_size, shortened
-from vigg_ros.sensors.message_shapes import ImageMessage
+from vigg_ros.sensors.message_limits import shortened
 from vigg_ros.sensors.observation import ColourImage, Note
-from vigg_ros.sensors.pixels import pixel_rows
+from vigg_ros.sensors.pixels import ImageMessage, pixel_rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +42,7 @@ _BAYER = {
     "bayer_grbg": cv2.COLOR_BayerGB2BGR,
 }
 
-ENCODINGS = {
+COLOUR_ENCODINGS = {
     "mono8": ColourEncoding(1),
     "8UC1": ColourEncoding(1),
     "mono16": ColourEncoding(1, None, 2),
@@ -68,6 +67,13 @@ ENCODINGS = {
 DEPTH_ENCODINGS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4", "64FC1": "f8"}
 """Encodings of depth and the type of one sample."""
 
+_DARK_16_BIT = Note(
+    "DARK_16_BIT",
+    "a 16-bit image whose samples all stay below 4096",
+    "taken as it is, nearly black",
+    "the driver should shift its 10 or 12 bits up, or publish mono8",
+)
+
 
 def decode_image(msg: ImageMessage) -> ColourImage:
     """The image as (H, W, 3) BGR or (H, W) grey; 16 bits keep their upper 8, alpha is dropped.
@@ -76,15 +82,13 @@ def decode_image(msg: ImageMessage) -> ColourImage:
     """
     header = read_header(msg.header)
     encoding = _colour_encoding(msg.encoding)
-    width, height = int(msg.width), int(msg.height)
-    check_image_size(width, height)
     _check_multiple(msg, encoding)
-    rows = height * 3 // 2 if encoding.chroma_rows else height
+    rows = int(msg.height) * 3 // 2 if encoding.chroma_rows else int(msg.height)
     channels = encoding.channels * encoding.bytes_per_sample
     view, notes = pixel_rows(msg, "u1", channels=channels, rows=rows)
     if encoding.bytes_per_sample == 2:
         view = view[:, :, 0 if msg.is_bigendian else 1 :: 2]
-        notes += _dark_notes(view)
+        notes += (_DARK_16_BIT,) if view.max() < 16 else ()
     return ColourImage(header.stamp_ns, header.frame_id, to_bgr(view, encoding), header.notes + notes)
 
 
@@ -97,26 +101,30 @@ def to_bgr(samples: NDArray[np.uint8], encoding: ColourEncoding) -> NDArray[np.u
 
 
 def _colour_encoding(name: str) -> ColourEncoding:
-    if name in ENCODINGS:
-        return ENCODINGS[name]
+    if name in COLOUR_ENCODINGS:
+        return COLOUR_ENCODINGS[name]
     if name in DEPTH_ENCODINGS:
-        raise DataError(
-            "IMAGE_IS_DEPTH",
-            found=f"encoding {name} on the image topic",
-            expected="a colour or grey image",
-            remedy="remap rgb/image to the colour camera; depth goes to depth/image",
-        )
+        raise depth_on_image_topic(f"encoding {name}")
     raise DataError(
         "IMAGE_ENCODING",
         found=f"encoding {shortened(name)}",
-        expected=f"one of {', '.join(ENCODINGS)}",
+        expected=f"one of {', '.join(COLOUR_ENCODINGS)}",
         remedy="set the driver's pixel format to bgr8 or rgb8",
     )
 
 
+def depth_on_image_topic(found: str) -> DataError:
+    """The error for a depth image where a colour image should be."""
+    return DataError(
+        "IMAGE_IS_DEPTH",
+        found=f"{found} on the image topic",
+        expected="a colour or grey image",
+        remedy="remap rgb/image to the colour camera; depth and compressedDepth go to depth/image",
+    )
+
+
 def _check_multiple(msg: ImageMessage, encoding: ColourEncoding) -> None:
-    even_x, even_y = encoding.even
-    least = encoding.least_px
+    (even_x, even_y), least = encoding.even, encoding.least_px
     if msg.width % even_x or msg.height % even_y or min(msg.width, msg.height) < least:
         raise DataError(
             "IMAGE_DIMENSIONS",
@@ -124,16 +132,3 @@ def _check_multiple(msg: ImageMessage, encoding: ColourEncoding) -> None:
             expected=f"multiples of {even_x} and {even_y}, at least {least}, as this encoding shares colours",
             remedy="check the driver's image size",
         )
-
-
-def _dark_notes(high_bytes: NDArray[np.uint8]) -> tuple[Note, ...]:
-    if high_bytes.max() >= 16:
-        return ()
-    return (
-        Note(
-            "DARK_16_BIT",
-            "a 16-bit image whose samples all stay below 4096",
-            "taken as it is, nearly black",
-            "the driver should shift its 10 or 12 bits up, or publish mono8",
-        ),
-    )

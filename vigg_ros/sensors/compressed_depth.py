@@ -16,14 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.depth_image import SCALE_FLOAT_M, depth_image, depth_sample
+from vigg_ros.sensors.depth_image import UNIT_FLOAT_M, depth_image, depth_sample
 from vigg_ros.sensors.header import read_header
-from vigg_ros.sensors.image_files import PNG_SIGNATURE, unpack_still
+from vigg_ros.sensors.image_files import PNG_SIGNATURE, decode_image_file
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_shapes import CompressedImageMessage
 from vigg_ros.sensors.observation import DepthImage, Note
-from vigg_ros.sensors.pixels import bytes_of
-from vigg_ros.sensors.rvl import decode_rvl
+from vigg_ros.sensors.pixels import CompressedImageMessage, bytes_of
 
 HEADER_BYTES = 12
 
@@ -39,12 +37,12 @@ def decode_compressed_depth(msg: CompressedImageMessage, *, depth_scale_m: float
     if encoding == "u2" and payload[:8].tobytes() == PNG_SIGNATURE:
         return depth_image(header, _unpack_png(payload), depth_scale_m, (_BARE_PNG,))
     _check_header(payload.size)
-    compressed = payload[HEADER_BYTES:]
-    samples = _unpack_rvl(compressed) if codec == "rvl" else _unpack_png(compressed)
+    unpack = _unpack_rvl if codec == "rvl" else _unpack_png
+    samples = unpack(payload[HEADER_BYTES:])
     if encoding == "u2":
         return depth_image(header, samples, depth_scale_m)
     a, b = struct.unpack("<ff", payload[4:HEADER_BYTES].tobytes())
-    scale_m = SCALE_FLOAT_M if depth_scale_m is None else depth_scale_m
+    scale_m = UNIT_FLOAT_M if depth_scale_m is None else depth_scale_m
     return depth_image(header, _from_inverse(samples, a, b), scale_m)
 
 
@@ -86,7 +84,7 @@ def _check_header(size_bytes: int) -> None:
 
 
 def _unpack_png(compressed: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    samples = unpack_still(compressed)
+    samples = decode_image_file(compressed)
     if samples.ndim != 2 or samples.dtype != np.uint16:
         raise DataError(
             "DEPTH_IS_COLOUR",
@@ -98,6 +96,9 @@ def _unpack_png(compressed: NDArray[np.uint8]) -> NDArray[np.uint16]:
 
 
 def _unpack_rvl(compressed: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    # Here, because numba takes half a second to import and most cameras do not speak RVL.
+    from vigg_ros.sensors.rvl import decode_rvl
+
     _check_header(HEADER_BYTES + max(0, compressed.size - 8))
     width_px, height_px = struct.unpack("<II", compressed[:8].tobytes())
     return decode_rvl(compressed[8:], width_px=width_px, height_px=height_px)

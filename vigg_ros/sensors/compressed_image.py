@@ -14,27 +14,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.colour_image import DEPTH_ENCODINGS, ENCODINGS, to_bgr
+from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS, depth_on_image_topic, to_bgr
 from vigg_ros.sensors.header import read_header
-from vigg_ros.sensors.image_files import unpack_still
+from vigg_ros.sensors.image_files import decode_image_file
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_shapes import CompressedImageMessage
 from vigg_ros.sensors.observation import ColourImage
-from vigg_ros.sensors.pixels import bytes_of
+from vigg_ros.sensors.pixels import CompressedImageMessage, bytes_of
 
 
 def decode_compressed_image(msg: CompressedImageMessage) -> ColourImage:
     """A JPEG or PNG as (H, W, 3) BGR or (H, W) grey. Raises DataError."""
     header = read_header(msg.header)
-    _refuse_depth(msg.format)
-    pixels = unpack_still(bytes_of(msg.data))
-    source = ENCODINGS.get(msg.format.split(";")[0].strip())
+    source = msg.format.split(";")[0].strip()
+    if "compressedDepth" in msg.format or source in DEPTH_ENCODINGS.keys() - COLOUR_ENCODINGS.keys():
+        raise depth_on_image_topic(f"format {shortened(msg.format)}")
+    pixels = decode_image_file(bytes_of(msg.data))
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)
-    if source is not None and source.least_px > 1 and pixels.ndim == 2 and min(pixels.shape) >= 3:
+    image = _grey_or_bgr(pixels)
+    if source.startswith("bayer_") and source in COLOUR_ENCODINGS and image.ndim == 2 and min(image.shape) >= 3:
         # The transport compresses a Bayer mosaic as if it were a grey image.
-        return ColourImage(header.stamp_ns, header.frame_id, to_bgr(pixels[:, :, None], source), header.notes)
-    return ColourImage(header.stamp_ns, header.frame_id, _grey_or_bgr(pixels), header.notes)
+        image = to_bgr(image[:, :, None], COLOUR_ENCODINGS[source])
+    return ColourImage(header.stamp_ns, header.frame_id, image, header.notes)
 
 
 def _grey_or_bgr(pixels: NDArray[Any]) -> NDArray[np.uint8]:
@@ -48,14 +49,3 @@ def _grey_or_bgr(pixels: NDArray[Any]) -> NDArray[np.uint8]:
             remedy="publish bgr8 or mono8",
         )
     return np.asarray(pixels, dtype=np.uint8)
-
-
-def _refuse_depth(text: str) -> None:
-    source = text.split(";")[0].strip()
-    if "compressedDepth" in text or (source in DEPTH_ENCODINGS and source not in ENCODINGS):
-        raise DataError(
-            "IMAGE_IS_DEPTH",
-            found=f"format {shortened(text)} on the image topic",
-            expected="a colour or grey image as JPEG or PNG",
-            remedy="remap rgb/image to the colour camera; compressedDepth goes to depth/image",
-        )

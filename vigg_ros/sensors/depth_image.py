@@ -10,17 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.colour_image import DEPTH_ENCODINGS, ENCODINGS
+from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS
 from vigg_ros.sensors.header import Header, read_header
 from vigg_ros.sensors.message_limits import MAX_RANGE_M, shortened
-from vigg_ros.sensors.message_shapes import ImageMessage
 from vigg_ros.sensors.observation import DepthImage, Note
-from vigg_ros.sensors.pixels import pixel_rows
+from vigg_ros.sensors.pixels import ImageMessage, pixel_rows
 
-SCALE_16_BIT_M = 0.001
-SCALE_FLOAT_M = 1.0
+UNIT_16_BIT_M = 0.001
+UNIT_FLOAT_M = 1.0
 NO_RETURN_16_BIT = 65_535
-MIN_PIXELS = 3
+MIN_DEPTH_PIXELS = 3
 """A rigid motion needs three points."""
 
 PLAUSIBLE_MEDIAN_M = (0.05, 100.0)
@@ -44,11 +43,11 @@ def depth_image(
     """The observation of samples (H, W), of 16 bits or floats. Raises DataError if they hold no depth."""
     depth_m = metres(samples, depth_scale_m)
     valid = np.count_nonzero(depth_m)
-    if valid < MIN_PIXELS:
+    if valid < MIN_DEPTH_PIXELS:
         raise DataError(
             "NO_DEPTH",
             found=f"{valid} pixels with depth in an image of {depth_m.shape[1]}x{depth_m.shape[0]}",
-            expected=f"at least {MIN_PIXELS}",
+            expected=f"at least {MIN_DEPTH_PIXELS}",
             remedy="check the depth camera, its range and depth_scale",
         )
     notes = header.notes + notes + _unit_notes(depth_m)
@@ -58,11 +57,11 @@ def depth_image(
 def metres(samples: NDArray[Any], depth_scale_m: float | None) -> NDArray[np.float32]:
     """Samples (H, W) as float32 metres, 0 where they mean nothing."""
     is_integer = samples.dtype.kind == "u"
-    default_m = SCALE_16_BIT_M if is_integer else SCALE_FLOAT_M
-    scale_m = default_m if depth_scale_m is None else depth_scale_m
+    if depth_scale_m is None:
+        depth_scale_m = UNIT_16_BIT_M if is_integer else UNIT_FLOAT_M
     with np.errstate(over="ignore", invalid="ignore"):
         native = samples.astype(np.float32)
-        depth_m = np.multiply(native, np.float32(scale_m), out=native)
+        depth_m = np.multiply(native, np.float32(depth_scale_m), out=native)
         # NaN compares false, so this one test leaves out everything that is not a distance.
         nothing = ~((depth_m > 0) & (depth_m <= MAX_RANGE_M))
     if is_integer:
@@ -75,9 +74,8 @@ def depth_sample(encoding: str) -> str:
     """The NumPy type of one sample, without byte order. Raises DataError for anything but depth."""
     if encoding in DEPTH_ENCODINGS:
         return DEPTH_ENCODINGS[encoding]
-    known = encoding in ENCODINGS
     raise DataError(
-        "DEPTH_IS_COLOUR" if known else "DEPTH_ENCODING",
+        "DEPTH_IS_COLOUR" if encoding in COLOUR_ENCODINGS else "DEPTH_ENCODING",
         found=f"encoding {shortened(encoding)} on the depth topic",
         expected=f"one of {', '.join(DEPTH_ENCODINGS)}",
         remedy="remap depth/image to the depth registered to the colour image",

@@ -5,14 +5,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.message_limits import shortened
-from vigg_ros.sensors.message_shapes import HeaderMessage, TimeMessage
-from vigg_ros.sensors.observation import Note, Observation
+from vigg_ros.sensors.observation import Note
 
 NS_PER_S = 1_000_000_000
+
+RESTART_STEP_NS = NS_PER_S
+"""A topic whose stamps step back by at least this much has started again (a bag in a loop, a restarted clock)."""
+
 MAX_FRAME_ID_LENGTH = 256
+
+
+class TimeMessage(Protocol):
+    """builtin_interfaces/Time."""
+
+    sec: int
+    nanosec: int
+
+
+class HeaderMessage(Protocol):
+    """std_msgs/Header."""
+
+    stamp: TimeMessage
+    frame_id: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,22 +83,7 @@ def read_frame_id(text: str, notes: list[Note]) -> str:
         )
     frame_id = text.lstrip("/")
     if frame_id != text:
-        notes.append(
-            Note("FRAME_ID_SLASH", f"frame_id {text!r}", f"taken as {frame_id!r}", "tf2 knows no slash")
-        )
+        notes.append(Note("FRAME_ID_SLASH", f"frame_id {text!r}", f"taken as {frame_id!r}", "tf2 knows no slash"))
     if not frame_id:
-        notes.append(
-            Note("FRAME_ID_EMPTY", "an empty frame_id", "accepted", "set the driver's frame_id parameter")
-        )
+        notes.append(Note("FRAME_ID_EMPTY", "an empty frame_id", "accepted", "set the driver's frame_id parameter"))
     return frame_id
-
-
-def require_frame_id(observation: Observation) -> None:
-    """Raise DataError if the frame has no name; for when its place is to be looked up in TF."""
-    if not observation.frame_id:
-        raise DataError(
-            "FRAME_ID_EMPTY",
-            found="an empty frame_id",
-            expected="the name of the sensor's frame in TF",
-            remedy="set the driver's frame_id, or give the extrinsics as a parameter",
-        )

@@ -23,12 +23,12 @@ _START_OF_SCAN = 0xDA
 _START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 
 
-def unpack_still(payload: NDArray[np.uint8]) -> NDArray[Any]:
+def decode_image_file(payload: NDArray[np.uint8]) -> NDArray[Any]:
     """The pixels of a JPEG or PNG, (H, W) or (H, W, C), uint8 or uint16, colours in OpenCV's order.
 
     Raises DataError for anything else, for cut data, and for sizes the data cannot hold.
     """
-    width_px, height_px = _claimed_size(payload.tobytes())
+    width_px, height_px = _size_in_header(payload.tobytes())
     check_payload(width_px, height_px, payload.size, most_per_byte=MAX_PIXELS_PER_BYTE)
     try:
         # Unchanged also means not turned by an orientation tag, of which the calibration knows nothing.
@@ -40,9 +40,12 @@ def unpack_still(payload: NDArray[np.uint8]) -> NDArray[Any]:
     return np.asarray(image)
 
 
-def _claimed_size(data: bytes) -> tuple[int, int]:
+def _size_in_header(data: bytes) -> tuple[int, int]:
     if data.startswith(PNG_SIGNATURE):
-        return _png_size(data)
+        if data[12:16] != b"IHDR" or len(data) < 33:
+            raise _broken("a PNG without a header")
+        width_px, height_px = struct.unpack_from(">II", data, 16)
+        return width_px, height_px
     if data.startswith(_JPEG_START):
         return _jpeg_size(data)
     raise DataError(
@@ -51,13 +54,6 @@ def _claimed_size(data: bytes) -> tuple[int, int]:
         expected="a JPEG or PNG image",
         remedy="set the publisher's compression format to jpeg or png",
     )
-
-
-def _png_size(data: bytes) -> tuple[int, int]:
-    if data[12:16] != b"IHDR" or len(data) < 33:
-        raise _broken("a PNG without a header")
-    width_px, height_px = struct.unpack_from(">II", data, 16)
-    return width_px, height_px
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:

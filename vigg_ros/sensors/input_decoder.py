@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from vigg_ros.registration.options import InputConfig
-from vigg_ros.sensors.camera_info import Policy, decode_camera_info, images_on
+from vigg_ros.sensors.camera_info import RectifyPolicy, decode_camera_info, images_on
 from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros.sensors.compressed_depth import decode_compressed_depth
 from vigg_ros.sensors.compressed_image import decode_compressed_image
@@ -19,7 +19,7 @@ from vigg_ros.sensors.stamped_pose import decode_pose
 
 Role = Literal["image", "camera_info", "depth", "points", "ground_truth"]
 
-_CHANGED = Note(
+_CALIBRATION_CHANGED = Note(
     "CALIBRATION_CHANGED",
     "another calibration than before",
     "taken from here on; keyframes were dropped and a new session began",
@@ -31,7 +31,7 @@ class InputDecoder:
     """Decodes the messages of one camera. Which topic carries its images says whether they are rectified."""
 
     def __init__(self, config: InputConfig, image_topic: str) -> None:
-        policy: Policy = config.rectify  # type: ignore[assignment]
+        policy: RectifyPolicy = config.rectify  # type: ignore[assignment]
         self._images = images_on(image_topic, policy)
         self._depth_scale_m = config.depth_scale_m or None
         self._calibration: Calibration | None = None
@@ -55,4 +55,4 @@ class InputDecoder:
         old, self._calibration = self._calibration, calibration
         if old is None or old.same_camera(calibration):
             return calibration
-        return replace(calibration, notes=(*calibration.notes, _CHANGED))
+        return replace(calibration, notes=(*calibration.notes, _CALIBRATION_CHANGED))

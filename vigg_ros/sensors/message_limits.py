@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a message may claim before anything is allocated for it."""
+"""Limits to what a message may announce, checked before anything is allocated for it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check_payload(width_px: int, height_px: int, payload_bytes: int, *, most_per
     if width_px * height_px > most_per_byte * payload_bytes:
         raise DataError(
             "IMAGE_DIMENSIONS",
-            found=f"{width_px}x{height_px} pixels claimed by {payload_bytes} bytes of compressed data",
+            found=f"{width_px}x{height_px} pixels announced by {payload_bytes} bytes of compressed data",
             expected=f"at most {most_per_byte} pixels a byte",
             remedy="check the publisher; the data is corrupted or hostile",
         )

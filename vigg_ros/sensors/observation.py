@@ -77,8 +77,7 @@ class Calibration:
         if self.cropped or not _same_aspect((width_px, height_px), (camera.width_px, camera.height_px)):
             raise DataError(
                 "CALIBRATION_SIZE",
-                found=f"an image of {width_px}x{height_px} with a CameraInfo for "
-                f"{camera.width_px}x{camera.height_px}",
+                found=f"an image of {width_px}x{height_px} with a CameraInfo for {camera.width_px}x{camera.height_px}",
                 expected="equal sizes, or equal aspect without a region of interest",
                 remedy="use the CameraInfo that belongs to this image",
             )

@@ -1,18 +1,42 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bytes of a sensor_msgs/Image as an array, without a copy."""
+"""The bytes of a sensor_msgs/Image as an array, without a copy.
+
+Here and in the other decoders a Protocol has the attributes that are read of a message: rclpy's classes have them,
+and so have those of rosbags. ``data`` is anything with the buffer protocol: bytes, array.array or uint8 in NumPy.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
+from vigg_ros.sensors.header import HeaderMessage
 from vigg_ros.sensors.message_limits import check_image_size, shortened
-from vigg_ros.sensors.message_shapes import ImageMessage
 from vigg_ros.sensors.observation import Note
+
+
+class ImageMessage(Protocol):
+    """sensor_msgs/Image."""
+
+    header: HeaderMessage
+    height: int
+    width: int
+    encoding: str
+    is_bigendian: int
+    step: int
+    data: Any
+
+
+class CompressedImageMessage(Protocol):
+    """sensor_msgs/CompressedImage."""
+
+    header: HeaderMessage
+    format: str
+    data: Any
 
 
 def bytes_of(data: Any) -> NDArray[np.uint8]:

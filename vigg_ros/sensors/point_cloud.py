@@ -5,39 +5,58 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.header import read_header
+from vigg_ros.sensors.header import HeaderMessage, read_header
 from vigg_ros.sensors.message_limits import MAX_POINTS, MAX_RANGE_M, shortened
-from vigg_ros.sensors.message_shapes import PointCloud2Message, PointFieldMessage
 from vigg_ros.sensors.observation import Note, PointCloud
 from vigg_ros.sensors.pixels import bytes_of, long_data_note
 from vigg_ros.sensors.point_times import TIME_FIELDS, point_times
 
 # sensor_msgs/PointField's datatype constants.
-_SAMPLES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_SAMPLE_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _MAX_FIELDS = 256
-_FLOATS = (7, 8)
+_FLOAT_DATATYPES = (7, 8)
 
 
-def decode_points(
-    msg: PointCloud2Message, *, min_range_m: float = 0.0, max_range_m: float = MAX_RANGE_M
-) -> PointCloud:
+class PointFieldMessage(Protocol):
+    """sensor_msgs/PointField."""
+
+    name: str
+    offset: int
+    datatype: int
+    count: int
+
+
+class PointCloud2Message(Protocol):
+    """sensor_msgs/PointCloud2."""
+
+    header: HeaderMessage
+    height: int
+    width: int
+    fields: Sequence[PointFieldMessage]
+    is_bigendian: bool
+    point_step: int
+    row_step: int
+    data: Any
+
+
+def decode_points(msg: PointCloud2Message) -> PointCloud:
     """The points (N, 3) float32 with their times, in the order of the message.
 
-    Points that are not finite, at the origin or out of range are dropped with their times. Raises DataError
-    when the layout contradicts itself or no point is left.
+    Points that are not finite, at the origin or beyond MAX_RANGE_M are dropped with their times. Raises
+    DataError when the layout contradicts itself or no point is left.
     """
     header = read_header(msg.header)
     table, notes = _table(msg)
     points = _positions(table)
-    kept = _in_range(points, min_range_m, max_range_m)
+    kept = _in_range(points)
     if not kept.size:
-        raise _empty(f"{len(points)} points, none finite and between {min_range_m} and {max_range_m} m away")
+        raise _empty(f"{len(points)} points, none finite and up to {MAX_RANGE_M:.0f} m away")
     times_s, time_notes = _times(table, kept, header.stamp_ns)
     notes = header.notes + notes + time_notes
     return PointCloud(header.stamp_ns, header.frame_id, _select(points, kept), times_s, notes)
@@ -57,7 +76,7 @@ def _table(msg: PointCloud2Message) -> tuple[NDArray[np.void], tuple[Note, ...]]
     dtype = np.dtype(
         {
             "names": [field.name for field in fields],
-            "formats": [order + _SAMPLES[field.datatype] for field in fields],
+            "formats": [order + _SAMPLE_TYPES[field.datatype] for field in fields],
             "offsets": [field.offset for field in fields],
             "itemsize": step,
         }
@@ -105,7 +124,7 @@ def _fields(msg: PointCloud2Message) -> list[PointFieldMessage]:
 
 
 def _check_field(field: PointFieldMessage, point_step: int) -> None:
-    sample = _SAMPLES.get(int(field.datatype))
+    sample = _SAMPLE_TYPES.get(int(field.datatype))
     shown = shortened(field.name, 20)
     if sample is None:
         raise _layout("CLOUD_FIELD_TYPE", f"field {shown} of type {field.datatype}", "a type from 1 to 8")
@@ -115,8 +134,8 @@ def _check_field(field: PointFieldMessage, point_step: int) -> None:
 
 
 def _check_axis(field: PointFieldMessage) -> None:
-    if field.datatype not in _FLOATS or field.count != 1:
-        found = f"{field.count} of type {_SAMPLES[field.datatype]} in field {field.name}"
+    if field.datatype not in _FLOAT_DATATYPES or field.count != 1:
+        found = f"{field.count} of type {_SAMPLE_TYPES[field.datatype]} in field {field.name}"
         raise _layout("CLOUD_FIELD_TYPE", found, "one float32 or float64, in metres")
 
 
@@ -133,7 +152,7 @@ def _positions(table: NDArray[np.void]) -> NDArray[np.float32]:
     return points.reshape(-1, 3)
 
 
-def _in_range(points: NDArray[np.float32], min_range_m: float, max_range_m: float) -> NDArray[np.intp]:
+def _in_range(points: NDArray[np.float32]) -> NDArray[np.intp]:
     """Which points (K,) of (N, 3) are kept.
 
     NaN compares false, what overflows is infinite, and no return is (0, 0, 0) to many drivers.
@@ -141,9 +160,7 @@ def _in_range(points: NDArray[np.float32], min_range_m: float, max_range_m: floa
     x, y, z = points.T
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         squared = x * x + y * y + z * z
-        near = (squared > 0) & (squared >= np.float32(min_range_m**2))
-        far = squared <= np.float32(min(max_range_m, MAX_RANGE_M) ** 2)
-    return np.flatnonzero(near & far)
+        return np.flatnonzero((squared > 0) & (squared <= np.float32(MAX_RANGE_M**2)))
 
 
 def _select(values: NDArray[Any], kept: NDArray[np.intp]) -> NDArray[Any]:
@@ -167,9 +184,4 @@ def _layout(code: str, found: str, expected: str) -> DataError:
 
 
 def _empty(found: str) -> DataError:
-    return DataError(
-        "CLOUD_EMPTY",
-        found=found,
-        expected="points",
-        remedy="check the sensor, min_range and max_range",
-    )
+    return DataError("CLOUD_EMPTY", found=found, expected="points", remedy="check the sensor and what stands before it")

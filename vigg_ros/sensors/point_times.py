@@ -34,7 +34,13 @@ def point_times(column: NDArray[Any], stamp_ns: int) -> tuple[NDArray[np.float64
         return None, ()
     reading = _reading(low, high, stamp_ns)
     if reading is None:
-        return None, (_unclear(low, high),)
+        note = Note(
+            "POINT_TIMES",
+            f"times of points from {low} to {high}",
+            "ignored, so motion during the scan is not corrected",
+            "publish seconds, micro- or nanoseconds, from the stamp or of its clock",
+        )
+        return None, (note,)
     seconds, zero = reading
     return (column.astype(np.float64) - zero) * seconds, ()
 
@@ -55,12 +61,3 @@ def _reading(low: Any, high: Any, stamp_ns: int) -> tuple[float, float] | None:
 def _is_plausible(low: float, high: float, seconds: float) -> bool:
     span_s = (high - low) * seconds
     return _SPAN_S[0] <= span_s < _SPAN_S[1] and max(abs(low), abs(high)) * seconds <= _MAX_OFFSET_S
-
-
-def _unclear(low: Any, high: Any) -> Note:
-    return Note(
-        "POINT_TIMES",
-        f"times of points from {low} to {high}",
-        "ignored, so motion during the scan is not corrected",
-        "publish seconds, micro- or nanoseconds, from the stamp or of its clock",
-    )

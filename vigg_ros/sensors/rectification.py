@@ -14,21 +14,18 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.rigid import is_rotation
 
 COEFFICIENT_COUNTS = {"plumb_bob": (4, 5), "rational_polynomial": (8, 12, 14), "equidistant": (4,)}
 """Distortion models of sensor_msgs/distortion_models.hpp and how many coefficients each may have."""
 
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+IDENTITY_ROTATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def cropped(camera: Camera, *, left_px: int, top_px: int, width_px: int, height_px: int) -> Camera:
     """The camera of a window of the image."""
     return replace(
-        camera,
-        width_px=width_px,
-        height_px=height_px,
-        cx_px=camera.cx_px - left_px,
-        cy_px=camera.cy_px - top_px,
+        camera, width_px=width_px, height_px=height_px, cx_px=camera.cx_px - left_px, cy_px=camera.cy_px - top_px
     )
 
 
@@ -68,7 +65,7 @@ class Rectifier:
     rectified: Camera
     model: str
     coefficients: tuple[float, ...]
-    R_rectified_raw: tuple[float, ...] = IDENTITY
+    R_rectified_raw: tuple[float, ...] = IDENTITY_ROTATION
 
     def __post_init__(self) -> None:
         if len(self.coefficients) not in COEFFICIENT_COUNTS.get(self.model, ()):
@@ -100,9 +97,7 @@ class Rectifier:
     def resized(self, width_px: int, height_px: int) -> Rectifier:
         """The same lens, for images resized to another size; the coefficients do not depend on it."""
         return replace(
-            self,
-            raw=resized(self.raw, width_px, height_px),
-            rectified=resized(self.rectified, width_px, height_px),
+            self, raw=resized(self.raw, width_px, height_px), rectified=resized(self.rectified, width_px, height_px)
         )
 
     def _check_size(self, shape: tuple[int, ...]) -> None:
@@ -128,17 +123,13 @@ def _refuse_model(model: str, coefficients: tuple[float, ...]) -> None:
 
 def _check_rotation(rotation: tuple[float, ...]) -> None:
     R = np.asarray(rotation, dtype=np.float64)
-    # Calibration files print six digits; 1e-3 leaves room for that and refuses everything else.
-    if R.shape == (9,) and np.isfinite(R).all() and np.abs(R).max() < 2:
-        R = R.reshape(3, 3)
-        if np.allclose(R @ R.T, np.eye(3), atol=1e-3) and np.linalg.det(R) > 0:
-            return
-    raise DataError(
-        "BAD_RECTIFICATION",
-        found=f"rectification matrix R = {rotation}",
-        expected="a rotation, or all zeros",
-        remedy="calibrate the camera again; a monocular camera has the identity",
-    )
+    if R.shape != (9,) or not is_rotation(R.reshape(3, 3)):
+        raise DataError(
+            "BAD_RECTIFICATION",
+            found=f"rectification matrix R = {rotation}",
+            expected="a rotation, or all zeros",
+            remedy="calibrate the camera again; a monocular camera has the identity",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +151,7 @@ def _maps(rectifier: Rectifier) -> _Maps:
     fixed, fraction = cv2.convertMaps(u, v, cv2.CV_16SC2)
     # remap with INTER_NEAREST reads only the integer map, so that one must be rounded, not cut.
     nearest, _ = cv2.convertMaps(u, v, cv2.CV_16SC2, nninterpolation=True)
-    turned = rectifier.R_rectified_raw != IDENTITY
+    turned = rectifier.R_rectified_raw != IDENTITY_ROTATION
     ratio = np.where(rays[2] > 0, 1 / np.where(rays[2] > 0, rays[2], 1), 0).astype(np.float32)
     return _Maps(
         (np.asarray(fixed, np.int16), np.asarray(fraction, np.uint16)),
@@ -174,9 +165,7 @@ def _source_pixels(rectifier: Rectifier) -> tuple[NDArray[np.float32], NDArray[n
     size = (rectifier.rectified.width_px, rectifier.rectified.height_px)
     lens = np.asarray(rectifier.coefficients)
     module = cv2.fisheye if rectifier.model == "equidistant" else cv2
-    u, v = module.initUndistortRectifyMap(
-        rectifier.raw.matrix, lens, R, rectifier.rectified.matrix, size, cv2.CV_32FC1
-    )
+    u, v = module.initUndistortRectifyMap(rectifier.raw.matrix, lens, R, rectifier.rectified.matrix, size, cv2.CV_32FC1)
     # Lenses that no glass has give coordinates beyond any integer; they are outside all the same.
     limits = (-2.0, 2.0 * max(rectifier.raw.width_px, rectifier.raw.height_px))
     u, v = (np.nan_to_num(np.clip(pixel, *limits), nan=-2.0) for pixel in (u, v))

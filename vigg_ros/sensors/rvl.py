@@ -5,21 +5,22 @@
 The stream is made of numbers; a number is made of nibbles of three bits, least significant first, the
 fourth bit saying that more follow. The numbers are: a count of pixels without depth, a count of pixels
 with depth, for each of the latter the zigzag-coded difference to the one before, and so on. Nibbles fill
-little-endian 32-bit words from the top.
+little-endian 32-bit words from the top. Compiled: importing this takes half a second.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
+from vigg_ros.registration.kernels.compilation import compiled
 from vigg_ros.sensors.message_limits import MAX_RVL_PIXELS_PER_BYTE, check_payload
 
 MAX_NIBBLES = 11
 """A 32-bit number takes no more."""
-
-_TOO_LONG = 1 << 40
 
 
 def decode_rvl(payload: NDArray[np.uint8], *, width_px: int, height_px: int) -> NDArray[np.uint16]:
@@ -27,12 +28,9 @@ def decode_rvl(payload: NDArray[np.uint8], *, width_px: int, height_px: int) -> 
 
     Raises DataError for sizes the stream cannot hold and for streams that do not fill the image exactly.
     """
-    # Here, because numba takes half a second to import and most cameras do not speak RVL.
-    from vigg_ros.sensors.rvl_kernel import fill_from_rvl
-
     check_payload(width_px, height_px, payload.size, most_per_byte=MAX_RVL_PIXELS_PER_BYTE)
     image = np.zeros(height_px * width_px, dtype=np.uint16)
-    if not fill_from_rvl(payload, image, MAX_NIBBLES):
+    if not fill_from_rvl(payload, image):
         raise DataError(
             "RVL_OVERRUN",
             found=f"an RVL stream of {payload.size} bytes that ends early or runs over",
@@ -42,61 +40,39 @@ def decode_rvl(payload: NDArray[np.uint8], *, width_px: int, height_px: int) -> 
     return image.reshape(height_px, width_px)
 
 
-def fill_from_rvl_plain(payload: NDArray[np.uint8], image: NDArray[np.uint16], max_nibbles: int) -> bool:
-    """Fill a zeroed image (H * W,) from a stream (N,); False if the stream is not one of this image.
-
-    The twin of the kernel: all numbers at once, only the runs of pixels are walked one by one.
-    """
-    numbers = _numbers(_nibbles(payload), max_nibbles)
-    counts = _runs(numbers, image.size)
-    if counts is None:
-        return False
-    per_run, pixels = counts
-    zigzag = numbers[_alternating(per_run)]
-    if zigzag.max(initial=0) >= _TOO_LONG:
-        return False
-    differences = (zigzag >> 1) ^ -(zigzag & 1)
-    # Sums wrap at 16 bits, as the encoder's differences do.
-    image[_alternating(pixels)] = np.cumsum(differences).astype(np.uint16)
+@compiled  # type: ignore[untyped-decorator, unused-ignore]
+def fill_from_rvl(payload: Any, image: Any) -> bool:
+    """Fill a zeroed image (H * W,) uint16 from a stream (N,) uint8; False if it is not one of this image."""
+    pixel, nibble, previous = 0, 0, 0
+    while pixel < image.size:
+        empty, nibble = _number(payload, nibble)
+        full, nibble = _number(payload, nibble)
+        if empty < 0 or full < 0 or empty + full > image.size - pixel:
+            return False
+        pixel += empty
+        for _ in range(full):
+            zigzag, nibble = _number(payload, nibble)
+            if zigzag < 0:
+                return False
+            # Sums wrap at 16 bits, as the encoder's differences do.
+            previous = (previous + ((zigzag >> 1) ^ -(zigzag & 1))) & 0xFFFF
+            image[pixel] = previous
+            pixel += 1
     return True
 
 
-def _nibbles(payload: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    words = payload[: payload.size // 4 * 4].reshape(-1, 4)[:, ::-1]
-    return np.stack((words >> 4, words & 15), axis=-1).reshape(-1)
-
-
-def _numbers(nibbles: NDArray[np.uint8], max_nibbles: int) -> NDArray[np.int64]:
-    """The numbers (M,) that the nibbles (K,) spell; an unfinished last one is left out."""
-    ends = np.flatnonzero(nibbles < 8)
-    starts = np.concatenate(([0], ends + 1))[: ends.size]
-    lengths = ends - starts + 1
-    numbers = np.zeros(ends.size, dtype=np.int64)
-    for place in range(min(max_nibbles, int(lengths.max(initial=0)))):
-        has_place = np.flatnonzero(lengths > place)
-        digits = nibbles[starts[has_place] + place] & 7
-        numbers[has_place] |= digits.astype(np.int64) << 3 * place
-    numbers[lengths > max_nibbles] = _TOO_LONG
-    return numbers
-
-
-def _runs(numbers: NDArray[np.int64], pixels: int) -> tuple[list[int], list[int]] | None:
-    """Alternating lengths of what is no difference and what is, among the numbers and among the pixels."""
-    per_run: list[int] = []
-    per_image: list[int] = []
-    left, position, values = pixels, 0, numbers.data
-    while left > 0 and position + 1 < len(values):
-        empty, full = values[position], values[position + 1]
-        per_run += (2, full)
-        per_image += (empty, full)
-        left -= empty + full
-        position += 2 + full
-    if left != 0 or position > len(values):
-        return None
-    return [*per_run, len(values) - position], per_image
-
-
-def _alternating(lengths: list[int]) -> NDArray[np.bool_]:
-    flags = np.zeros(len(lengths), dtype=np.bool_)
-    flags[1::2] = True
-    return np.repeat(flags, lengths)
+@compiled  # type: ignore[untyped-decorator, unused-ignore]
+def _number(payload: Any, nibble: int) -> tuple[int, int]:
+    """The number that begins at a nibble, and the nibble after it; -1 if it has no end."""
+    number: Any = 0
+    for place in range(MAX_NIBBLES):
+        word = nibble >> 3 << 2
+        if word + 4 > payload.size:
+            return -1, nibble
+        byte = np.int64(payload[word + 3 - ((nibble & 7) >> 1)])
+        digit = byte & 15 if nibble & 1 else byte >> 4
+        number |= (digit & 7) << 3 * place
+        nibble += 1
+        if digit < 8:
+            return number, nibble
+    return -1, nibble

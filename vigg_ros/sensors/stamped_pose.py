@@ -4,16 +4,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.quaternion import rotation_from_quaternion
+from vigg_ros.registration.rigid import rigid_from_quaternion
 from vigg_ros.sensors.header import read_frame_id, read_header
-from vigg_ros.sensors.message_shapes import QuaternionMessage, VectorMessage
 from vigg_ros.sensors.observation import Note, StampedPose
 
 
@@ -24,7 +22,7 @@ def decode_pose(msg: Any) -> StampedPose:
     """
     header = read_header(msg.header)
     pose = msg.pose.pose if hasattr(msg.pose, "pose") else msg.pose
-    T_frame_child = _rigid(pose.position, pose.orientation)
+    T_frame_child = _matrix(pose.position, pose.orientation)
     child_frame_id = str(getattr(msg, "child_frame_id", "")).lstrip("/")
     return StampedPose(header.stamp_ns, header.frame_id, child_frame_id, T_frame_child, header.notes)
 
@@ -44,22 +42,10 @@ def decode_transform(msg: Any) -> StampedPose:
             expected="two frames with names",
             remedy="check the publisher of this transform",
         )
-    T_frame_child = _rigid(msg.transform.translation, msg.transform.rotation)
-    return StampedPose(
-        header.stamp_ns, header.frame_id, child_frame_id, T_frame_child, (*header.notes, *notes)
-    )
+    T_frame_child = _matrix(msg.transform.translation, msg.transform.rotation)
+    return StampedPose(header.stamp_ns, header.frame_id, child_frame_id, T_frame_child, (*header.notes, *notes))
 
 
-def _rigid(translation: VectorMessage, rotation: QuaternionMessage) -> NDArray[np.float64]:
-    position = (float(translation.x), float(translation.y), float(translation.z))
-    if not all(map(math.isfinite, position)):
-        raise DataError(
-            "BAD_POSITION",
-            found=f"position {position}",
-            expected="finite metres",
-            remedy="check the publisher of this pose",
-        )
-    T = np.eye(4)
-    T[:3, :3] = rotation_from_quaternion(rotation.x, rotation.y, rotation.z, rotation.w)
-    T[:3, 3] = position
-    return T
+def _matrix(translation: Any, rotation: Any) -> NDArray[np.float64]:
+    position_m = (float(translation.x), float(translation.y), float(translation.z))
+    return rigid_from_quaternion(position_m, (rotation.x, rotation.y, rotation.z, rotation.w))

@@ -10,10 +10,22 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
 
 Lookup = Callable[[str, str], "NDArray[np.float64] | None"]
 """T_target_source (4, 4) of two coordinate frames by name, None if no chain of transforms connects them."""
+
+
+def require_frame_names(target: str, source: str) -> None:
+    """Raise DataError unless both frames have names: of two without one, nobody knows that they are the same."""
+    if not (target and source):
+        raise DataError(
+            "FRAME_ID_EMPTY",
+            found=f"frames {source!r} and {target!r}",
+            expected="the names of two frames in TF",
+            remedy="set the driver's frame_id, or give the extrinsics as a parameter",
+        )
 
 
 class StaticTree:
@@ -27,13 +39,9 @@ class StaticTree:
         self._links.setdefault(frame_id, {})[child_frame_id] = T_frame_child
         self._links.setdefault(child_frame_id, {})[frame_id] = inverse(T_frame_child)
 
-    @property
-    def frame_ids(self) -> list[str]:
-        """All frames that a link names."""
-        return sorted(self._links)
-
     def lookup(self, target: str, source: str) -> NDArray[np.float64] | None:
-        """T_target_source along the shortest chain of links; None if there is none, never the identity."""
+        """T_target_source along the shortest chain of links; None if there is none. Raises DataError without names."""
+        require_frame_names(target, source)
         if target == source:
             return np.eye(4)
         reached = {target: np.eye(4)}

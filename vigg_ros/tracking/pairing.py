@@ -13,9 +13,8 @@ from typing import Any, Generic, TypeVar
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import PairingConfig
+from vigg_ros.sensors.header import NS_PER_S, RESTART_STEP_NS
 
-LOOP_NS = 1_000_000_000
-"""A topic that jumps back by at least this much has started again (a bag in a loop, a restarted clock)."""
 END_NS = 1 << 63  # later than every stamp
 
 _A = TypeVar("_A")
@@ -88,7 +87,7 @@ class _Loop(Generic[_A, _B]):
 
     def __init__(self, number: int, config: PairingConfig) -> None:
         self._number = number
-        self._slop_ns = round(config.sync_slop_s * 1e9)
+        self._slop_ns = round(config.sync_slop_s * NS_PER_S)
         self._queue_size = config.queue_size
         self.queues: tuple[_Queue[_A], _Queue[_B]] = (_Queue(), _Queue())
         self._used: deque[tuple[int, _B]] = deque(maxlen=config.queue_size if config.reuse_depth else 0)
@@ -201,7 +200,7 @@ class Pairing(Generic[_A, _B]):
         last_ns = self._last_ns[side]
         if last_ns is None or stamp_ns > last_ns:
             return False
-        if last_ns - stamp_ns >= LOOP_NS:
+        if last_ns - stamp_ns >= RESTART_STEP_NS:
             return True
         code = "STAMP_DUPLICATE" if stamp_ns == last_ns else "STAMP_LATE"
         raise DataError(

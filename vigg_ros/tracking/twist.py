@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.registration.rigid import inverse
+from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.tracking.chain import UncertainPose
 
 MAX_INTERVAL_S = 1.0
@@ -45,7 +46,7 @@ def twist_between(before: KeyframePose | None, now: KeyframePose) -> Twist | Non
     """
     if before is None or before.session != now.session:
         return None
-    interval_s = (now.stamp_ns - before.stamp_ns) / 1e9
+    interval_s = (now.stamp_ns - before.stamp_ns) / NS_PER_S
     if not 0 < interval_s <= MAX_INTERVAL_S:
         return None
     if before.stamp_ns == now.keyframe_ns:  # the frame before has become the keyframe

@@ -13,7 +13,7 @@ import numpy as np
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 
-from vigg_ros.messages.encode import encode_transform
+from vigg_ros.messages.pose_messages import encode_transform
 from vigg_ros.node.ros_classes import ros
 
 BASE = "base_link"

@@ -20,6 +20,7 @@ from vigg_ros.bench.datasets.kitti_raw import open_kitti_raw
 from vigg_ros.bench.datasets.rgbd_folder import open_rgbd_folder
 from vigg_ros.bench.datasets.tum_folder import open_tum
 from vigg_ros.registration.errors import BagError
+from vigg_ros.sensors.header import NS_PER_S
 
 LAYOUTS: dict[str, Callable[..., Dataset]] = {
     "7scenes": open_rgbd_folder,
@@ -108,5 +109,5 @@ def write_bag(dataset: Dataset, writer: BagWriter, *, progress: Progress | None 
         if progress is not None:
             progress(done, len(messages))
     left_out = (f"{len(failures)} files were left out; the first: {failures[0]}",) if failures else ()
-    duration_s = (messages[-1].stamp_ns - messages[0].stamp_ns) / 1e9
+    duration_s = (messages[-1].stamp_ns - messages[0].stamp_ns) / NS_PER_S
     return ConvertSummary(writer.path, dict(counts), duration_s, dataset.notes + left_out)

@@ -14,15 +14,9 @@ from numpy.typing import NDArray
 
 from vigg_ros.bags.trajectories import DatasetPose
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, load_depth_raw, load_image, load_scan
-from vigg_ros.messages.encode import (
-    encode_camera_info,
-    encode_image,
-    encode_points,
-    encode_pose,
-    encode_tf,
-    encode_transform,
-)
 from vigg_ros.messages.fields import Message
+from vigg_ros.messages.pose_messages import encode_pose, encode_tf, encode_transform
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.camera import Camera
 
 WORLD_FRAME = "map"

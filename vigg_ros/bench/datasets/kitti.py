@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_numbers, rigid, rows
+from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_numbers, rows
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import make_camera
 from vigg_ros.registration.errors import BagError
-from vigg_ros.registration.rigid import inverse
+from vigg_ros.registration.rigid import inverse, nearest_rigid
 
 SLOP_NS = 50_000_000
 
@@ -97,7 +97,7 @@ def _rigid_rows(calibration: Calibration, name: str, where: Path) -> NDArray[np.
 
 
 def _rigid_3x4(numbers: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    return rigid(np.vstack((numbers.reshape(3, 4), (0.0, 0.0, 0.0, 1.0))))
+    return nearest_rigid(np.vstack((numbers.reshape(3, 4), (0.0, 0.0, 0.0, 1.0))))
 
 
 def _read_times(path: Path) -> list[int]:

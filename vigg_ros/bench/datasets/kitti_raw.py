@@ -17,12 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.bags.trajectories import NS_PER_S, DatasetPose, read_numbers, rigid, rows
+from vigg_ros.bags.trajectories import DatasetPose, read_numbers, rows
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import make_camera
 from vigg_ros.bench.datasets.kitti import SLOP_NS, camera_offset, numbered_files, read_calibration, take
 from vigg_ros.registration.errors import BagError
-from vigg_ros.registration.rigid import inverse
+from vigg_ros.registration.rigid import inverse, nearest_rigid
+from vigg_ros.sensors.header import NS_PER_S
 
 _EARTH_RADIUS_M = 6_378_137.0
 
@@ -91,7 +92,7 @@ def _rotation_translation(folder: Path, name: str) -> NDArray[np.float64]:
 
 
 def _rigid(matrix: NDArray[np.float64], where: Path) -> NDArray[np.float64]:
-    T = rigid(matrix)
+    T = nearest_rigid(matrix)
     if T is None:
         raise BagError(f"{where}: the calibration holds a rotation that is none")
     return T

@@ -39,6 +39,7 @@ class StorageFile:
 
     def __init__(self, path: Path, ledger: Ledger) -> None:
         self._path = path
+        self._remedy = _REMEDIES[path.suffix]
         self._ledger = ledger
         self._check_size()
         self._primary = self._open()
@@ -107,10 +108,6 @@ class StorageFile:
         except (OSError, sqlite3.Error, UnicodeDecodeError):
             return None
         return fallback if fallback is not None and fallback.counts else None
-
-    @property
-    def _remedy(self) -> str:
-        return _REMEDIES[self._path.suffix]
 
 
 def _unseen(raws: Iterator[RawMessage], delivered: defaultdict[str, list[int]]) -> Iterator[RawMessage]:
