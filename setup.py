@@ -9,7 +9,9 @@ from setuptools import find_packages, setup
 
 HERE = Path(__file__).parent
 NAME = "vigg_ros"
-TEST = ["pytest>=7.4", "hypothesis>=6.98"]
+TEST = ["pytest>=7.4", "pytest-xdist>=3.5", "hypothesis>=6.98"]
+DOCS = ["mkdocs-material>=9.5", "mkdocstrings[python]>=0.26"]
+LINT = ["ruff>=0.9", "mypy>=1.14", "types-PyYAML"]
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # The wheels of rclpy are for x86-64 alone; elsewhere the tests of the node are skipped, unless ROS is sourced.
 ROS_WHEELS = [f"{name}; platform_machine == 'x86_64' and sys_platform == 'linux'" for name in ROS]
@@ -36,6 +38,8 @@ setup(
     name=NAME,
     version=ElementTree.parse(HERE / "package.xml").findtext("version"),
     description="Registration of camera frames with depth (ViGG) for ROS 2 and recorded bags",
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
     license="Apache-2.0",
     author="The vigg_ros authors",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
@@ -57,7 +61,8 @@ setup(
         "ros": ROS,
         "evaluation": EVALUATION,
         "test": TEST,
-        "dev": [*TEST, *ROS_WHEELS, *EVALUATION, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
+        "docs": DOCS,
+        "dev": [*TEST, *DOCS, *ROS_WHEELS, *EVALUATION, *LINT, "pytest-cov>=5"],
     },
     entry_points={"console_scripts": ["vigg = vigg_ros.cli.main:main", "registrar = vigg_ros.node:main"]},
 )

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,35 +43,15 @@ def test_rviz_shows_the_outputs_in_the_odometry_frame() -> None:
     assert "rviz_default_plugins/TF" in {one["Class"] for one in manager["Displays"]}
 
 
-def test_foxglove_shows_topics_of_the_node_only() -> None:
+def test_foxglove_shows_topics_of_the_node_only_each_panel_in_its_place() -> None:
     layout = json.loads((CONFIG / "registrar.foxglove.json").read_text())
-    shown = {topic for text in strings(layout["configById"]) for topic in re.findall(r"^/[a-z_]+(?:/[a-z_]+)?", text)}
+    panels = layout["configById"]
+    shown = set(re.findall(r'"(/[a-z_]+(?:/[a-z_]+)?)', json.dumps(panels)))
     assert shown <= set(OUTPUTS)
     assert {"/registrar/matches", "/registrar/status", "/registrar/path", "/diagnostics"} <= shown
+    assert sorted(leaves(layout["layout"])) == sorted(panels)
+    assert {name.partition("!")[0] for name in panels} >= {"3D", "Image", "Plot", "DiagnosticSummary"}
 
 
-def test_every_panel_of_foxglove_has_a_place() -> None:
-    layout = json.loads((CONFIG / "registrar.foxglove.json").read_text())
-    assert sorted(leaves(layout["layout"])) == sorted(layout["configById"])
-    assert {name.partition("!")[0] for name in layout["configById"]} >= {"3D", "Image", "Plot", "DiagnosticSummary"}
-
-
-def strings(value: Any) -> Iterator[str]:
-    """All keys and texts within."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict):
-        for key, inner in value.items():
-            yield key
-            yield from strings(inner)
-    elif isinstance(value, list):
-        for inner in value:
-            yield from strings(inner)
-
-
-def leaves(tree: Any) -> Iterator[str]:
-    if isinstance(tree, str):
-        yield tree
-    else:
-        for side in ("first", "second"):
-            yield from leaves(tree[side])
+def leaves(tree: str | dict[str, Any]) -> list[str]:
+    return [tree] if isinstance(tree, str) else [*leaves(tree["first"]), *leaves(tree["second"])]

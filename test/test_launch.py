@@ -7,7 +7,7 @@ The stand-ins record what is made; whether ROS does with it what is meant is not
 
 from __future__ import annotations
 
-import importlib.util
+import runpy
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +20,7 @@ from vigg_ros.node.player import dds_profile
 from vigg_ros.node.settings import Settings
 
 ROOT = Path(__file__).parents[1]
+STREET = str(ROOT / "bags" / "street_lidar")
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 
 
@@ -35,33 +36,25 @@ def recorder(kind: str) -> Callable[..., Action]:
     return lambda *positional, **keywords: Action(kind=kind, positional=positional, **keywords)
 
 
-def module_of(name: str, **contents: Any) -> ModuleType:
-    module = ModuleType(name)
-    module.__dict__.update(contents)
-    return module
-
-
 @pytest.fixture
 def launch_file(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     actions = ("DeclareLaunchArgument", "ExecuteProcess", "LogInfo", "OpaqueFunction", "SetEnvironmentVariable")
-    stand_ins = [
-        module_of("launch", LaunchContext=Given, LaunchDescription=list),
-        module_of("launch.actions", **{kind: recorder(kind) for kind in actions}),
-        module_of(
-            "launch.substitutions",
-            LaunchConfiguration=lambda name: SimpleNamespace(perform=lambda context: context[name]),
-        ),
-        module_of("launch_ros"),
-        module_of("launch_ros.actions", Node=recorder("Node")),
-    ]
-    for stand_in in stand_ins:
-        monkeypatch.setitem(sys.modules, stand_in.__name__, stand_in)
+    stand_ins: dict[str, dict[str, Any]] = {
+        "launch": {"LaunchContext": Given, "LaunchDescription": list},
+        "launch.actions": {kind: recorder(kind) for kind in actions},
+        "launch.substitutions": {
+            "LaunchConfiguration": lambda name: SimpleNamespace(perform=lambda context: context[name])
+        },
+        "launch_ros": {},
+        "launch_ros.actions": {"Node": recorder("Node")},
+    }
+    for name, contents in stand_ins.items():
+        stand_in = ModuleType(name)
+        stand_in.__dict__.update(contents)
+        monkeypatch.setitem(sys.modules, name, stand_in)
     monkeypatch.delenv(PROFILE, raising=False)
-    spec = importlib.util.spec_from_file_location("registrar_launch", ROOT / "launch" / "registrar.launch.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = ModuleType("registrar_launch")
+    module.__dict__.update(runpy.run_path(str(ROOT / "launch" / "registrar.launch.py")))
     return module
 
 
@@ -86,35 +79,37 @@ def test_there_are_at_most_20_arguments_and_each_is_explained(launch_file: Modul
     assert all(action.description for action in declared)
 
 
-def test_a_realsense_takes_one_line(launch_file: ModuleType) -> None:
-    remappings, parameters = node_of(started(launch_file, sensor="realsense"))
-    assert remappings == {
-        "rgb/image": "/camera/camera/color/image_raw",
-        "rgb/camera_info": "/camera/camera/color/camera_info",
-        "depth/image": "/camera/camera/aligned_depth_to_color/image_raw",
-    }
-    assert (parameters["geometry"], parameters["config"]) == ("depth", "rgbd")
+REALSENSE = {
+    "rgb/image": "/camera/camera/color/image_raw",
+    "rgb/camera_info": "/camera/camera/color/camera_info",
+    "depth/image": "/camera/camera/aligned_depth_to_color/image_raw",
+}
+FRONT = {"rgb/image": "/front/image_raw", "rgb/camera_info": "/front/camera_info"}
 
 
-@pytest.mark.parametrize(("sensor", "points"), [("ouster", "/ouster/points"), ("velodyne", "/velodyne_points")])
-def test_a_lidar_with_a_camera_takes_one_line(launch_file: ModuleType, sensor: str, points: str) -> None:
-    remappings, parameters = node_of(started(launch_file, sensor=sensor, camera="front/"))
-    assert remappings == {
-        "rgb/image": "/front/image_raw",
-        "rgb/camera_info": "/front/camera_info",
-        "points": points,
-    }
-    assert (parameters["geometry"], parameters["config"]) == ("points", "lidar")
+@pytest.mark.parametrize(
+    ("arguments", "topics", "geometry", "config"),
+    [
+        ({"sensor": "realsense"}, REALSENSE, "depth", "rgbd"),
+        ({"sensor": "ouster", "camera": "front/"}, {**FRONT, "points": "/ouster/points"}, "points", "lidar"),
+        ({"sensor": "velodyne", "camera": "front/"}, {**FRONT, "points": "/velodyne_points"}, "points", "lidar"),
+    ],
+)
+def test_a_sensor_takes_one_line(
+    launch_file: ModuleType, arguments: dict[str, str], topics: dict[str, str], geometry: str, config: str
+) -> None:
+    remappings, parameters = node_of(started(launch_file, **arguments))
+    assert remappings == topics
+    assert (parameters["geometry"], parameters["config"]) == (geometry, config)
 
 
 def test_a_bag_takes_one_line_and_brings_topics_and_extrinsics(launch_file: ModuleType) -> None:
-    bag = str(ROOT / "bags" / "street_lidar")
-    actions = started(launch_file, bag=bag, rate="0.5")
+    actions = started(launch_file, bag=STREET, rate="0.5")
     remappings, parameters = node_of(actions)
     assert remappings["points"] == "/lidar/points"
     assert parameters["extrinsics"].startswith("[0.6")
     (player,) = [action for action in actions if action.kind == "ExecuteProcess"]
-    assert player.cmd == [sys.executable, "-m", "vigg_ros.cli.main", "play", bag, "--rate", "0.5"]
+    assert player.cmd == [sys.executable, "-m", "vigg_ros.cli.main", "play", STREET, "--rate", "0.5"]
 
 
 def test_what_is_given_counts_more_than_what_is_found(launch_file: ModuleType) -> None:
@@ -132,9 +127,8 @@ def test_what_is_given_counts_more_than_what_is_found(launch_file: ModuleType) -
 
 
 def test_all_parameters_are_those_of_the_node(launch_file: ModuleType) -> None:
-    bag = str(ROOT / "bags" / "street_lidar")
     given = {"base_frame": "base", "odom_frame": "start", "image_transport": "raw", "extrinsics": "0 0 1 0 0 0 1"}
-    _, parameters = node_of(started(launch_file, bag=bag, config="lidar", **given))
+    _, parameters = node_of(started(launch_file, bag=STREET, config="lidar", **given))
     assert set(launch_file.TEXTS) <= set(parameters)
     options = Settings.resolve(parameters).options
     assert {name: getattr(options, name) for name in given} == given

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vigg_ros.pictures import BODY, MAX_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
+from vigg_ros.pictures import BODY_AXES, MAX_MATCH_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
 
 BLACK = np.zeros((48, 64, 3), np.uint8)
 GAP = 6
@@ -45,7 +45,8 @@ def test_one_direction_is_one_colour_and_the_opposite_another():
 
 
 def test_panels_of_a_width_move_the_pixels_with_them():
-    large = draw_matches(BLACK, BLACK, np.array([[10.0, 12.0]]), np.array([[10.0, 12.0]]), panel_width_px=256)
+    pixel = np.array([[10.0, 12.0]])
+    large = draw_matches(BLACK, BLACK, pixel, pixel, panel_width_px=256)
     assert large.shape == (192, 256 + GAP + 256, 3)
     # Pixel 10 reaches from 40 to 43 when it is four times as large: its centre is 41.5.
     rows, columns = np.nonzero(lit(large[:, :256]))
@@ -53,21 +54,16 @@ def test_panels_of_a_width_move_the_pixels_with_them():
     assert columns.min() == pytest.approx(4 * 10.5 - 0.5 - 2, abs=1)
 
 
-def test_images_of_other_sizes_and_grey_ones_stand_side_by_side():
-    nothing = np.empty((0, 2))
-    picture = draw_matches(np.zeros((30, 40), np.uint8), BLACK, nothing, nothing)
+def test_images_of_any_size_and_colour_stand_side_by_side_and_are_not_drawn_into():
+    grey = np.full((30, 40), 128, np.uint8)
+    grey.setflags(write=False)
+    picture = draw_matches(grey, BLACK, np.array([[1.0, 2.0]]), np.array([[3.0, 4.0]]))
     assert picture.shape == (48, 40 + GAP + 64, 3)
-
-
-def test_images_are_not_drawn_into():
-    image = np.full((48, 64, 3), 128, np.uint8)
-    image.setflags(write=False)
-    draw_matches(image, image, np.array([[1.0, 2.0]]), np.array([[3.0, 4.0]]))
-    assert (image == 128).all()
+    assert (grey == 128).all()
 
 
 def test_of_many_matches_some_are_drawn_from_all_of_them():
-    v = np.linspace(0, 47, 10 * MAX_LINES)
+    v = np.linspace(0, 47, 10 * MAX_MATCH_LINES)
     pixels = np.column_stack((np.full_like(v, 30.0), v))
     rows = np.flatnonzero(lit(draw_matches(BLACK, BLACK, pixels, pixels)).any(axis=1))
     assert (rows.min(), rows.max()) == (0, 47)
@@ -81,28 +77,23 @@ def test_depth_goes_from_red_to_blue_and_is_dark_where_there_is_none():
     near, far = picture[25, 3], picture[25, -10]
     assert near[2] > near[0]
     assert far[0] > far[2]
-
-
-def test_depth_of_which_there_is_none_is_drawn_too():
-    picture = draw_depth(np.zeros((48, 200), np.float32), panel_width_px=400)
-    assert picture.shape == (96, 400, 3)
-    assert (picture > 200).any(), "it says so"
+    nothing = draw_depth(np.zeros((48, 200), np.float32), panel_width_px=400)
+    assert nothing.shape == (96, 400, 3)
+    assert (nothing > 200).any(), "it says so"
 
 
 def square(x, y, z):
     """A small patch of points around a place."""
-    offsets = np.linspace(-0.02, 0.02, 9)
-    u, v = np.meshgrid(offsets, offsets)
+    u, v = np.meshgrid(*[np.linspace(-0.02, 0.02, 9)] * 2)
     return np.column_stack((x + u.ravel(), y + v.ravel(), np.full(u.size, z) + u.ravel()))
 
 
 def centres(picture, channel):
-    """Of the ink that lacks this colour, in the left and the right panel: (u, v), below the panels' titles."""
+    """Of the ink without this colour, in the left and the right panel: (u, v), below the panels' titles."""
     width = (picture.shape[1] - GAP) // 2
     found = []
     for panel in (picture[:, :width], picture[:, -width:]):
-        other = 2 - channel
-        ink = panel[..., other].astype(int) - panel[..., channel] > 60
+        ink = panel[..., 2 - channel].astype(int) - panel[..., channel] > 60
         ink[:30] = ink[-30:] = False
         found.append(np.argwhere(ink).mean(axis=0)[::-1])
     return np.array(found)
@@ -112,14 +103,11 @@ def test_the_views_show_right_ahead_and_up():
     # Target (blue) at the middle of things, source (red) 1 m right, 0.5 m up (y down), 0.4 m further ahead.
     corners = np.vstack((square(-1, -1, 1), square(1, 1, 3)))
     target = np.vstack((corners, square(0, 0, 2)))
-    source = square(1, -0.5, 2.4)
-    picture = draw_aligned(target, source)
-    blue_above, blue_front = centres(draw_aligned(np.vstack((square(0, 0, 2), corners)), corners), 2)
-    red_above, red_front = centres(picture, 0)
-    px_per_m = (red_above - blue_above)[0]
+    red = centres(draw_aligned(target, square(1, -0.5, 2.4)), 0)
+    blue = centres(draw_aligned(target, corners), 2)
+    px_per_m = (red - blue)[0, 0]
     assert px_per_m > 50
-    assert (red_above - blue_above) / px_per_m == pytest.approx((1, -0.4), abs=0.05)
-    assert (red_front - blue_front) / px_per_m == pytest.approx((1, -0.5), abs=0.05)
+    np.testing.assert_allclose((red - blue) / px_per_m, [(1, -0.4), (1, -0.5)], atol=0.05)
 
 
 def test_a_body_frame_is_drawn_like_the_same_scene_in_an_optical_frame():
@@ -127,7 +115,7 @@ def test_a_body_frame_is_drawn_like_the_same_scene_in_an_optical_frame():
     x, y, z = optical.T
     body = np.column_stack((z, -x, -y))
     np.testing.assert_array_equal(
-        draw_aligned(body, body + 0.01, axes=BODY), draw_aligned(optical, optical + (-0.01, -0.01, 0.01))
+        draw_aligned(body, body + 0.01, axes=BODY_AXES), draw_aligned(optical, optical + (-0.01, -0.01, 0.01))
     )
 
 
@@ -164,17 +152,12 @@ def test_a_picture_is_fitted_to_a_width():
 
 
 def test_points_of_a_scan_are_drawn_where_they_project_the_near_ones_on_top() -> None:
-    image = np.zeros((40, 60, 3), np.uint8)
     pixels = np.array([[10.0, 20.0], [30.0, 20.0], [30.0, 20.0]])
-    picture = draw_scan(image, pixels, np.array([2.0, 50.0, 2.0]))
-    assert picture.shape == image.shape
+    picture = draw_scan(BLACK, pixels, np.array([2.0, 50.0, 2.0]))
+    assert picture.shape == BLACK.shape
     near, same_place = picture[20, 10].astype(int), picture[20, 30].astype(int)
     # Near is red (BGR), and covers the far point behind it.
     assert near[2] > near[0]
     np.testing.assert_array_equal(near, same_place)
     assert not picture[5, 50].any()
-
-
-def test_a_scan_that_the_image_does_not_see_says_so() -> None:
-    image = np.zeros((40, 160, 3), np.uint8)
-    assert draw_scan(image, np.empty((0, 2)), np.empty(0)).any()
+    assert draw_scan(BLACK, np.empty((0, 2)), np.empty(0)).any(), "it says that there is none"

@@ -55,7 +55,7 @@ def main() -> int:
         player.terminate()
         player.wait()
     late_ms = 1e3 * (np.diff(calls_s[50:]) - PERIOD_S)
-    print(f"answers: {dict(node.tally.states)}")
+    print(f"answers: {dict(node.statistics.states)}")
     spread = ", ".join(f"p{share} {np.percentile(late_ms, share):.1f}" for share in (50, 95, 99))
     print(f"50 Hz timer, {len(late_ms)} intervals, longer than 20 ms by {spread}, max {late_ms.max():.1f} ms")
     node.end(2.0)

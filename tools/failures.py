@@ -20,7 +20,7 @@ from vigg_ros.bench.pair_results import Limits
 from vigg_ros.bench.pairs import Wanted, pairs_at, pairs_listed, posed_frames
 from vigg_ros.bench.rendered_pairs import OUTDOOR as STREET
 from vigg_ros.bench.rendered_pairs import rendered_pair
-from vigg_ros.pictures import BODY, OPTICAL, Picture, beside, draw_aligned, draw_matches, write
+from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, Picture, beside, draw_aligned, draw_matches, write
 from vigg_ros.registration import Config, Features, Frame, Registration, extract, register
 from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.matches import Matches, no_matches
@@ -166,7 +166,7 @@ def _matches(
 
 
 def _surfaces(frame: Frame, features: tuple[Features, Features], T_target_source: NDArray[np.float64]) -> Picture:
-    axes = OPTICAL if isinstance(frame.geometry, DepthMap) else BODY
+    axes = OPTICAL_AXES if isinstance(frame.geometry, DepthMap) else BODY_AXES
     moved = transform(T_target_source, features[1].surface.points)
     return draw_aligned(features[0].surface.points, moved, axes=axes, panel_width_px=PANEL_PX)
 

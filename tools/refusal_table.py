@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "vigg_ros"
-WINGS = ("messages", "tracking", "registration", "online", "node")
+ROOMS = ("sensors", "tracking", "registration", "node")
 RAISED_BY = {"DataError": "refused", "_layout": "refused", "Refusal": "refused", "Note": "noted"}
 """Calls that name a code, and what happens to the message then."""
 
@@ -19,15 +19,14 @@ CODE = re.compile(r"[A-Z][A-Z0-9]*(_[A-Z0-9]+)+|UNPAIRED")
 
 def table() -> str:
     """The table in Markdown: code, what happens, what was expected or done, what to do."""
-    rows: dict[str, tuple[str, str, str]] = {}
-    for wing in WINGS:
-        for path in sorted((PACKAGE / wing).glob("*.py")):
+    said: dict[str, list[tuple[str, ...]]] = {}
+    for room in ROOMS:
+        for path in sorted((PACKAGE / room).glob("*.py")):
             for code, *row in codes_in(path.read_text(encoding="utf-8")):
-                # Several places may raise a code; the first that says what it expects speaks for it.
-                if code not in rows or not rows[code][1]:
-                    rows[code] = tuple(row)
+                said.setdefault(code, []).append(tuple(row))
+    rows = {code: [_joined(cell) for cell in zip(*found, strict=True)] for code, found in said.items()}
     lines = ["| code | message is | expected, or done with it | remedy |", "|---|---|---|---|"]
-    cells = ((f"`{code}`", *map(_cell, row)) for code, row in sorted(rows.items()))
+    cells = ((f"`{code}`", *row) for code, row in sorted(rows.items()))
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in cells)])
 
 
@@ -75,6 +74,11 @@ def _text(node: ast.expr | None) -> str:
         text = "".join(str(part.value) if isinstance(part, ast.Constant) else "…" for part in node.values)
         return text if text.strip("…") else ""
     return ""
+
+
+def _joined(texts: Iterable[str]) -> str:
+    """Several places may raise a code, each with words of its own."""
+    return "<br>".join(filter(None, dict.fromkeys(_cell(text) for text in texts)))
 
 
 def _cell(text: str) -> str:

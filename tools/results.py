@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Measures everything that docs/results.md shows, and writes its tables anew; what is measured already is kept.
+"""Measures everything that docs/results.md and the README show, and writes their tables anew; what is measured already
+is kept.
 
 usage: python tools/results.py [--data FOLDER] [--jobs N] [--only NAME ...] [--every N]
 """
@@ -14,6 +15,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import docs_tables
 import failures
 import results_page
 
@@ -82,6 +84,8 @@ def main() -> int:
             written.write_text(page, encoding="utf-8")  # after each run: a stopped one loses nothing
     page = results_page.with_block(page, "machine", results_page.machine(WORK, ROOT))
     written.write_text(page, encoding="utf-8")
+    if written == PAGE:
+        docs_tables.write("README.md")  # which shows some of it
     print(f"written: {written}", file=sys.stderr)
     return 0
 
@@ -107,7 +111,7 @@ def measure(run: Run, data: Path, folder: Path, *, jobs: int, every: int | None)
     """Run the command; its progress goes to the terminal, its tables to a file. Raises CalledProcessError."""
     words = [located(word, run.data, data) for word in run.arguments]
     more = ["--every", str(every)] if every and run.data else ["--pairs", "16"] if every else []
-    command = [sys.executable, "-m", "vigg_ros.cli", "evaluate", *words, *more, "--jobs", str(jobs)]
+    command = [sys.executable, "-m", "vigg_ros.cli.main", "evaluate", *words, *more, "--jobs", str(jobs)]
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "output.txt").open("w", encoding="utf-8") as output:
         subprocess.run([*command, "--output", str(folder)], check=True, stdout=output, cwd=ROOT)

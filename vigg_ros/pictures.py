@@ -14,18 +14,19 @@ from numpy.typing import NDArray
 Picture = NDArray[np.uint8]
 """(H, W, 3) BGR."""
 
-OPTICAL = np.array([[1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]])
+OPTICAL_AXES = np.array([[1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]])
 """Rows right, up, ahead (3, 3) in an optical frame (x right, y down, z forward; REP-103)."""
-BODY = np.array([[0, -1.0, 0], [0, 0, 1.0], [1.0, 0, 0]])
+BODY_AXES = np.array([[0, -1.0, 0], [0, 0, 1.0], [1.0, 0, 0]])
 """Rows right, up, ahead (3, 3) in a body or LiDAR frame (x forward, y left, z up; REP-103)."""
 
 TARGET_BGR, SOURCE_BGR = (178, 114, 0), (0, 94, 213)
 """Blue and vermillion of Okabe and Ito, which colour-blind people can tell apart."""
 
-MAX_LINES = 60
-"""More lines than this are a curtain."""
+MAX_MATCH_LINES = 60
+"""More lines than this hide the images."""
 
-_PAPER, _INK, _REFUSED_BGR = 250, (70, 70, 70), (190, 190, 190)
+_WHITE_BGR, _TEXT_BGR, _DISAGREEING_BGR = (255, 255, 255), (70, 70, 70), (190, 190, 190)
+_BACKGROUND_GREY, _NO_DEPTH_GREY = 250, 40
 _GAP_PX, _GAP_GREY = 6, 160
 
 
@@ -51,21 +52,17 @@ def draw_matches(
     agrees = np.ones(len(a), bool) if agrees is None else agrees
     colours = _direction_colours((a - b) / left.shape[1])
     canvas = beside(_dimmed(left), _dimmed(right))
-    grey, coloured = _few(~agrees), _few(agrees)
-    canvas = _with_lines(canvas, a[grey], b[grey] + shift, [_REFUSED_BGR] * len(grey), opacity=0.45)
+    grey, coloured = _evenly_spread(~agrees), _evenly_spread(agrees)
+    canvas = _with_lines(canvas, a[grey], b[grey] + shift, [_DISAGREEING_BGR] * len(grey), opacity=0.45)
     return _with_lines(canvas, a[coloured], b[coloured] + shift, [colours[i] for i in coloured], opacity=0.75)
 
 
 def draw_depth(depth_m: NDArray[np.floating], *, panel_width_px: int | None = None) -> Picture:
     """A depth image (H, W), metres, near red to far blue, dark without depth; its range is written in it."""
     measured = depth_m > 0
-    near, far = np.percentile(depth_m[measured], (2, 98)) if measured.any() else (0.0, 1.0)
-    share = np.clip((far - depth_m) / max(far - near, 1e-6), 0.0, 1.0)
-    picture = cv2.applyColorMap((255 * share).astype(np.uint8), cv2.COLORMAP_TURBO)
-    picture[~measured] = 40
-    picture = fit_width(picture, panel_width_px)
-    said = f"{near:.2g} to {far:.2g} m" if measured.any() else "no depth"
-    return write(picture, said, (8, picture.shape[0] - 10), (255, 255, 255))
+    picture = np.full((*depth_m.shape, 3), _NO_DEPTH_GREY, np.uint8)
+    picture[measured], label = _depth_colours(depth_m[measured])
+    return _labelled(fit_width(picture, panel_width_px), label or "no depth")
 
 
 def draw_scan(
@@ -80,30 +77,24 @@ def draw_scan(
     Wrong extrinsics show as points that do not lie on the things they were measured on.
     """
     picture = _dimmed(fit_width(_colour(image), panel_width_px))
-    if len(depth_m):
-        near, far = np.percentile(depth_m, (2, 98))
-        share = np.clip((far - depth_m) / max(far - near, 1e-6), 0.0, 1.0)
-        colours = cv2.applyColorMap((255 * share).astype(np.uint8)[:, None], cv2.COLORMAP_TURBO)[:, 0]
-        places = _scaled(pixels, image, picture)
-        for i in np.argsort(-depth_m):  # the near ones on top
-            cv2.circle(picture, _fixed(places[i]), 16, colours[i].tolist(), -1, cv2.LINE_AA, 4)
-        said = f"{near:.2g} to {far:.2g} m"
-    else:
-        said = "no point in the image"
-    return write(picture, said, (8, picture.shape[0] - 10), (255, 255, 255))
+    colours, label = _depth_colours(depth_m)
+    places = _scaled(pixels, image, picture)
+    for i in np.argsort(-depth_m):  # the near ones on top
+        cv2.circle(picture, _fixed_point(places[i]), 16, colours[i].tolist(), -1, cv2.LINE_AA, 4)
+    return _labelled(picture, label or "no point in the image")
 
 
 def draw_aligned(
     target_points: NDArray[np.floating],
     source_points: NDArray[np.floating],
     *,
-    axes: NDArray[np.float64] = OPTICAL,
+    axes: NDArray[np.float64] = OPTICAL_AXES,
     panel_width_px: int = 480,
 ) -> Picture:
     """Two clouds (N, 3) and (M, 3), metres, both in the target's frame, from above and from the front.
 
     Target blue, source vermillion, dark where they coincide. ``axes`` (3, 3) are the directions right, up
-    and ahead in the target's frame, see OPTICAL and BODY. Both views have the scale of the bar.
+    and ahead in the target's frame, see OPTICAL_AXES and BODY_AXES. Both views have the scale of the bar.
     """
     clouds = [np.asarray(points, np.float64) @ axes.T for points in (target_points, source_points)]
     size = (panel_width_px, round(0.75 * panel_width_px))
@@ -113,10 +104,12 @@ def draw_aligned(
     panels = []
     for name, rows in (("from above", (0, 2)), ("from the front", (0, 1))):
         flat = [(cloud - middle)[:, rows] * px_per_m for cloud in clouds]
-        panel = _shade(flat, size)
-        _scale_bar(panel, px_per_m)
-        panels.append(write(panel, name, (10, 20), _INK))
-    return _legend(beside(*panels), "target", "source")
+        panel = _with_scale_bar(_shade(flat, size), px_per_m)
+        panels.append(write(panel, name, (10, 20), _TEXT_BGR))
+    picture = beside(*panels)
+    for place_u_px, name, colour in ((10, "target", TARGET_BGR), (70, "source", SOURCE_BGR)):
+        picture = write(picture, name, (place_u_px, picture.shape[0] - 12), colour)
+    return picture
 
 
 def beside(left: Picture, right: Picture) -> Picture:
@@ -145,6 +138,21 @@ def write(picture: Picture, text: str, place_px: tuple[int, int], colour: tuple[
     return picture
 
 
+def _labelled(picture: Picture, text: str) -> Picture:
+    """The picture with a line of text in its lower left corner."""
+    return write(picture, text, (8, picture.shape[0] - 10), _WHITE_BGR)
+
+
+def _depth_colours(depth_m: NDArray[np.floating]) -> tuple[NDArray[np.uint8], str]:
+    """BGR (N, 3) of depths (N,), near red to far blue, and their range in words; empty without depths."""
+    if not len(depth_m):
+        return np.empty((0, 3), np.uint8), ""
+    near, far = np.percentile(depth_m, (2, 98))
+    share = np.clip((far - depth_m) / max(far - near, 1e-6), 0.0, 1.0)
+    colours = cv2.applyColorMap((255 * share).astype(np.uint8)[:, None], cv2.COLORMAP_TURBO)[:, 0]
+    return np.asarray(colours, np.uint8), f"{near:.2g} to {far:.2g} m"
+
+
 def _colour(image: NDArray[np.uint8]) -> Picture:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image, np.uint8)
 
@@ -161,10 +169,10 @@ def _scaled(pixels: NDArray[np.floating], image: Picture, panel: Picture) -> NDA
     return np.asarray((np.asarray(pixels, np.float64).reshape(-1, 2) + 0.5) * scale - 0.5)
 
 
-def _few(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """At most MAX_LINES of the true rows, evenly spread."""
+def _evenly_spread(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """At most MAX_MATCH_LINES of the true rows, evenly spread."""
     rows = np.flatnonzero(mask)
-    return rows if len(rows) <= MAX_LINES else rows[np.linspace(0, len(rows) - 1, MAX_LINES).astype(int)]
+    return rows if len(rows) <= MAX_MATCH_LINES else rows[np.linspace(0, len(rows) - 1, MAX_MATCH_LINES).astype(int)]
 
 
 def _direction_colours(moved: NDArray[np.float64]) -> list[tuple[int, ...]]:
@@ -176,7 +184,7 @@ def _direction_colours(moved: NDArray[np.float64]) -> list[tuple[int, ...]]:
     return [tuple(int(channel) for channel in colour) for colour in bgr]
 
 
-def _fixed(pixel: NDArray[np.float64]) -> tuple[int, int]:
+def _fixed_point(pixel: NDArray[np.float64]) -> tuple[int, int]:
     """A pixel in OpenCV's fixed point of 4 bits, so that lines end where they should."""
     return round(float(pixel[0]) * 16), round(float(pixel[1]) * 16)
 
@@ -192,9 +200,9 @@ def _with_lines(
     """The picture with lines between pixels (M, 2), with dots at their ends."""
     inked = picture.copy()
     for start, end, colour in zip(starts, ends, colours, strict=True):
-        cv2.line(inked, _fixed(start), _fixed(end), colour, 1, cv2.LINE_AA, 4)
+        cv2.line(inked, _fixed_point(start), _fixed_point(end), colour, 1, cv2.LINE_AA, 4)
         for dot in (start, end):
-            cv2.circle(inked, _fixed(dot), 2 * 16, colour, -1, cv2.LINE_AA, 4)
+            cv2.circle(inked, _fixed_point(dot), 2 * 16, colour, -1, cv2.LINE_AA, 4)
     return np.asarray(cv2.addWeighted(inked, opacity, picture, 1 - opacity, 0), np.uint8)
 
 
@@ -208,7 +216,7 @@ def _bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[n
 
 def _shade(clouds: list[NDArray[np.float64]], size: tuple[int, int]) -> Picture:
     """Clouds of pixels (N, 2), right and up from the middle, as ink on paper: where both are, both inks."""
-    paper = np.full((size[1], size[0], 3), float(_PAPER))
+    paper = np.full((size[1], size[0], 3), float(_BACKGROUND_GREY))
     for cloud, colour in zip(clouds, (TARGET_BGR, SOURCE_BGR), strict=True):
         column = np.rint(size[0] / 2 + cloud[:, 0]).astype(int)
         row = np.rint(size[1] / 2 - cloud[:, 1]).astype(int)
@@ -220,20 +228,13 @@ def _shade(clouds: list[NDArray[np.float64]], size: tuple[int, int]) -> Picture:
     return paper.astype(np.uint8)
 
 
-def _scale_bar(picture: Picture, px_per_m: float) -> None:
-    """A bar of 1, 2 or 5 times a power of ten metres, at the lower right, drawn into the picture."""
+def _with_scale_bar(picture: Picture, px_per_m: float) -> Picture:
+    """The picture with a bar of 1, 2 or 5 times a power of ten metres at the lower right."""
     height, width = picture.shape[:2]
     longest_m = 0.25 * width / px_per_m
     power = 10.0 ** math.floor(math.log10(longest_m))
     length_m = next(digit * power for digit in (5, 2, 1) if digit * power <= longest_m)
     end = (width - 12, height - 12)
     start = (end[0] - round(length_m * px_per_m), end[1])
-    cv2.line(picture, start, end, _INK, 2, cv2.LINE_AA)
-    text = f"{length_m:g} m"
-    cv2.putText(picture, text, (start[0], end[1] - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.45, _INK, 1, cv2.LINE_AA)
-
-
-def _legend(picture: Picture, target: str, source: str) -> Picture:
-    place_px = (10, picture.shape[0] - 12)
-    picture = write(picture, target, place_px, TARGET_BGR)
-    return write(picture, source, (place_px[0] + 60, place_px[1]), SOURCE_BGR)
+    picture = write(picture, f"{length_m:g} m", (start[0], end[1] - 6), _TEXT_BGR)
+    return np.asarray(cv2.line(picture, start, end, _TEXT_BGR, 2, cv2.LINE_AA), np.uint8)

@@ -8,13 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from vigg_ros.bags.writer import BagWriter
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
 from vigg_ros.messages.encode import Message
-from vigg_ros_testing.doctor_bags import COLOUR, DEPTH, INFO, looking_along_x, sensor_message, write, write_static
-
-INTRINSICS = ["--intrinsics", "131", "131", "79.5", "59.5"]
+from vigg_ros_testing.doctor_bags import COLOUR, RGBD, looking_along_x, sensor_message, with_fields, write, write_static
+from vigg_ros_testing.scene_folder import INTRINSICS
 
 
 @pytest.mark.parametrize(
@@ -36,15 +34,6 @@ def test_numbers_that_must_be_positive_are(arguments: list[str], capsys) -> None
     assert "is not a positive number" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("content", [b"", b"no scan"])
-def test_a_file_that_is_no_scan_is_refused(content: bytes, scene_folder: Path, tmp_path: Path, capsys) -> None:
-    (tmp_path / "scan.npy").write_bytes(content)
-    image, scan = str(scene_folder / "frame-000000.color.png"), str(tmp_path / "scan.npy")
-    extrinsics = ["--extrinsics", "0", "0", "0", "0", "0", "0", "1"]
-    assert main(["register", image, scan, image, scan, *INTRINSICS, *extrinsics]) == ExitCode.USAGE
-    assert "scan.npy cannot be read as a scan" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("options", [[], ["--storage", "sqlite3", "--compression", "chunk"]])
 def test_what_cannot_be_written_as_asked_is_usage(options: list[str], scene_folder: Path, tmp_path: Path) -> None:
     output = tmp_path if not options else tmp_path / "bag"
@@ -53,7 +42,7 @@ def test_what_cannot_be_written_as_asked_is_usage(options: list[str], scene_fold
 
 def test_a_replay_with_hardly_a_pose_is_written_and_not_done(tmp_path: Path, capsys) -> None:
     # Flat depth and noise that differs from frame to frame: each is a frame, and none follows from another.
-    bag, output = write(tmp_path / "bag", (COLOUR, INFO, DEPTH)), tmp_path / "out"
+    bag, output = write(tmp_path / "bag", RGBD), tmp_path / "out"
     assert main(["replay", str(bag), "--output", str(output)]) == ExitCode.NOTHING_PAIRED
     said = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")]
     assert len(said) == 1
@@ -68,17 +57,12 @@ def test_a_replay_without_frames_names_what_leads(tmp_path: Path, capsys) -> Non
     assert "6 scans" in capsys.readouterr().err
 
 
-def broken(message: Message) -> Message:
-    return Message(message.type, {**message.fields, "encoding": "unheard-of"})
+def with_one_broken(topic: str, number: int, stamp_ns: int) -> Message:
+    message = sensor_message(topic, number, stamp_ns)
+    return with_fields(message, encoding="unheard-of") if (topic, number) == (COLOUR, 1) else message
 
 
 def test_a_benchmark_leaves_out_what_is_refused(tmp_path: Path, capsys) -> None:
-    with BagWriter(tmp_path / "bag") as writer:
-        for number in range(6):
-            stamp_ns = 10**18 + number * 10**8
-            for topic in (COLOUR, INFO, DEPTH):
-                message = sensor_message(topic, number, stamp_ns)
-                is_broken = topic == COLOUR and number == 1
-                writer.write(topic, broken(message) if is_broken else message, log_ns=stamp_ns)
-    assert main(["benchmark", str(tmp_path / "bag"), "--image-topic", COLOUR]) == ExitCode.OK
+    bag = write(tmp_path / "bag", RGBD, message_of=with_one_broken)
+    assert main(["benchmark", str(bag), "--image-topic", COLOUR]) == ExitCode.OK
     assert capsys.readouterr().out.startswith("2 frames;")  # of 6, one is refused and three warm up

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.registration.matches import Matches, concatenate, no_matches
-from vigg_ros_testing.registration_samples import motion
+from vigg_ros_testing.registration_samples import matches_of, motion
 
 
 def numbered(first: int, count: int) -> Matches:
@@ -49,11 +49,8 @@ def test_concatenate_appends() -> None:
 
 
 def test_distances_by_hand() -> None:
-    target = np.array([(0, 0, 0), (1, 1, 1)], float)
-    source = np.array([(0, 0, 0), (1, 1, 1)], float)
-    rows = np.arange(2)
+    points = np.array([(0, 0, 0), (1, 1, 1)], float)
+    matches = matches_of(points, points)
     # A shift by (3, 4, 0); and with a quarter turn about z, (1, 1, 1) goes to (-1, 1, 1), 2 m off.
-    shift = Matches(target, source, np.ones(2), rows, rows).distances(motion((0, 0, 0), (3, 4, 0)))
-    np.testing.assert_allclose(shift, [5, 5])
-    turn = Matches(target, source, np.ones(2), rows, rows).distances(motion((0, 0, 90), (0, 0, 0)))
-    np.testing.assert_allclose(turn, [0, 2], atol=1e-12)
+    np.testing.assert_allclose(matches.distances(motion((0, 0, 0), (3, 4, 0))), [5, 5])
+    np.testing.assert_allclose(matches.distances(motion((0, 0, 90), (0, 0, 0))), [0, 2], atol=1e-12)

@@ -19,9 +19,20 @@ from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
 from vigg_ros.registration.visual import match_visual
-from vigg_ros_testing.registration_samples import Studio, answer, apply, error_vector, errors, looking, motion
+from vigg_ros_testing.registration_samples import (
+    Studio,
+    answer,
+    apply,
+    assert_near,
+    looking,
+    matches_of,
+    motion,
+    normalised_error,
+    truth,
+)
 
 CONFIG = Config()
+NO_ROUNDS = CONFIG.replace({"refinement.iterations": 0})
 VOXEL_M = CONFIG.geometric.voxel_size_m
 T_TRUE = motion((3, -12, 7), (0.2, -0.1, 0.15))
 
@@ -43,10 +54,8 @@ def test_exact_surfaces_are_aligned_exactly(seed: int, studio: Studio) -> None:
     rng = np.random.default_rng(seed)
     start = motion(rng.normal(0, 0.6, 3), rng.normal(0, 0.015, 3)) @ T_TRUE
     fit = refined(target, moved_back(target, T_TRUE), no_matches(), start)
-    rotation_deg, translation_m = errors(fit.T_target_source, T_TRUE)
     # Points are float32 at some metres: 1e-7 of that, averaged over ten thousand.
-    assert rotation_deg < 1e-4
-    assert translation_m < 1e-5
+    assert_near(fit.T_target_source, T_TRUE, rotation_deg=1e-4, translation_m=1e-5)
     assert fit.rms_m < 1e-5
     assert fit.pairs > 0.95 * len(target)
 
@@ -54,7 +63,7 @@ def test_exact_surfaces_are_aligned_exactly(seed: int, studio: Studio) -> None:
 def test_without_rounds_the_motion_stays_where_the_paper_stops(studio: Studio) -> None:
     target = studio.features(looking()).surface
     start = motion((0.5, 0, 0), (0.01, 0, 0)) @ T_TRUE
-    fit = refined(target, moved_back(target, T_TRUE), no_matches(), start, CONFIG.replace({"refinement.iterations": 0}))
+    fit = refined(target, moved_back(target, T_TRUE), no_matches(), start, NO_ROUNDS)
     np.testing.assert_array_equal(fit.T_target_source, start)
     assert np.isfinite(fit.covariance).all()
 
@@ -85,9 +94,7 @@ def test_a_blank_wall_leaves_three_directions_free() -> None:
 
 def test_three_matches_hold_what_a_blank_wall_leaves_free() -> None:
     points = np.array([(-0.5, -0.5, 2), (0.5, -0.5, 2), (0, 0.6, 2)])
-    rows = np.arange(3)
-    visual = Matches(points + (0.03, 0, 0), points, np.ones(3), rows, rows)
-    fit = refined(plane(), plane(), visual, np.eye(4))
+    fit = refined(plane(), plane(), matches_of(points + (0.03, 0, 0), points), np.eye(4))
     assert np.isfinite(fit.covariance).all()
     np.testing.assert_allclose(fit.T_target_source[:3, 3], (0.03, 0, 0), atol=1e-4)
     deviation = np.sqrt(np.diag(fit.covariance))
@@ -112,7 +119,7 @@ def test_a_wall_without_matches_is_degenerate_by_name(noise: str, wall: Studio) 
     """Started 10 cm off along the wall, where it stays."""
     poses = looking((0.8, 0, 0)), looking((0.8, 0.03, 0))
     target, source = (wall.features(pose, None if noise == "none" else i) for i, pose in enumerate(poses))
-    start = motion((0, 0, 0), (0.1, 0, 0)) @ np.linalg.inv(poses[0]) @ poses[1]
+    start = motion((0, 0, 0), (0.1, 0, 0)) @ truth(*poses)
     fit = refined(target.surface, source.surface, no_matches(), start)
     visual = match_visual(target.keypoints, source.keypoints, CONFIG.visual)
     outcome = judge(Pair(target, source, visual, no_matches(), CONFIG), [fit], Evidence())
@@ -121,32 +128,36 @@ def test_a_wall_without_matches_is_degenerate_by_name(noise: str, wall: Studio) 
     assert "expected 0.1 m and 5 deg" in outcome.message
 
 
-def test_the_covariance_is_about_the_axes_of_the_target(studio: Studio) -> None:
+@pytest.fixture(scope="module")
+def step(studio: Studio) -> tuple[Surface, Surface, Pose]:
+    """Surfaces of a target and a source 5 cm apart, and the motion between them."""
+    poses = looking(), looking((0.05, 0, 0))
+    target, source = studio.pair(poses)
+    return target.surface, source.surface, truth(*poses)
+
+
+def test_the_covariance_is_about_the_axes_of_the_target(step: tuple[Surface, Surface, Pose]) -> None:
     """The same errors seen from a turned target: C' = R C R^T, for translation and rotation alike."""
-    target = studio.features(looking(), 1).surface
-    source = studio.features(looking((0.05, 0, 0)), 2).surface
-    T = np.linalg.inv(looking()) @ looking((0.05, 0, 0))
+    target, source, T = step
     turn = motion((0, 0, 90), (0, 0, 0))
     turned = Surface(apply(turn, target.points).astype(np.float32), apply(turn, target.normals).astype(np.float32))
-    none = CONFIG.replace({"refinement.iterations": 0})
-    straight = refined(target, source, no_matches(), T, none).covariance
-    rotated = refined(turned, source, no_matches(), turn @ T, none).covariance
+    straight = refined(target, source, no_matches(), T, NO_ROUNDS).covariance
+    rotated = refined(turned, source, no_matches(), turn @ T, NO_ROUNDS).covariance
     both = np.kron(np.eye(2), turn[:3, :3])
     # A quarter turn keeps the grid of cells; float32 decides some neighbours otherwise.
     np.testing.assert_allclose(rotated, both @ straight @ both.T, rtol=0.02, atol=0.02 * straight.diagonal().min())
 
 
-def test_the_covariance_is_of_the_motion_whatever_the_source_calls_its_origin(studio: Studio) -> None:
+def test_the_covariance_is_of_the_motion_whatever_the_source_calls_its_origin(
+    step: tuple[Surface, Surface, Pose],
+) -> None:
     """Source points counted from 10 m beside: the same fit, with a lever. t' = t + R s, so dt' = dt + dr x R s."""
-    target = studio.features(looking(), 1).surface
-    source = studio.features(looking((0.05, 0, 0)), 2).surface
-    T = np.linalg.inv(looking()) @ looking((0.05, 0, 0))
+    target, source, T = step
     # Whole patches of 8 voxels, so that the same points are taken together.
     shift = np.array((50, -25, 40)) * 8 * VOXEL_M
-    none = CONFIG.replace({"refinement.iterations": 0})
-    straight = refined(target, source, no_matches(), T, none).covariance
+    straight = refined(target, source, no_matches(), T, NO_ROUNDS).covariance
     beside = Surface((source.points - shift).astype(np.float32), source.normals)
-    levered = refined(target, beside, no_matches(), T @ motion((0, 0, 0), shift), none).covariance
+    levered = refined(target, beside, no_matches(), T @ motion((0, 0, 0), shift), NO_ROUNDS).covariance
     arm = T[:3, :3] @ shift
     lever = np.eye(6)
     lever[:3, 3:] = [[0, arm[2], -arm[1]], [-arm[2], 0, arm[0]], [arm[1], -arm[0], 0]]
@@ -165,6 +176,7 @@ a third. What is claimed includes 0.02 voxels for each point that noise alone do
 """
 
 
+@pytest.mark.slow
 def test_the_covariance_is_that_of_the_errors(studio: Studio) -> None:
     """Forty pairs of frames, each with its own draw of noise, along the path of a hand."""
     path = HandheldLoop()
@@ -173,9 +185,7 @@ def test_the_covariance_is_that_of_the_errors(studio: Studio) -> None:
         start_s = 0.6 * (draw % 8)
         poses = [path.T_world_camera(start_s + after_s) for after_s in (0.0, 0.2)]
         target, source = (extract(studio.frame(pose, 2 * draw + i), CONFIG) for i, pose in enumerate(poses))
-        found = answer(register(target, source, CONFIG))
-        error = error_vector(found.T_target_source, np.linalg.inv(poses[0]) @ poses[1])
-        normalised.append(float(error @ np.linalg.solve(found.covariance, error)))
+        normalised.append(normalised_error(answer(register(target, source, CONFIG)), truth(*poses)))
     assert NOT_UNDER < np.mean(normalised) < NOT_OVER, sorted(normalised)
     # And no single error is one that the covariance does not know of.
     assert max(normalised) < stats.chi2(6).ppf(0.9999)

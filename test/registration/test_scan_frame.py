@@ -6,17 +6,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vigg_ros.bench.worlds import render_depth, render_lidar
-from vigg_ros.bench.worlds.poses import Pose, flat
 from vigg_ros.registration import Frame
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse, transform
-from vigg_ros_testing.street_samples import CAMERA, LIDAR, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR, a_street, along
+from vigg_ros_testing.street_samples import CAMERA, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR
 
 IMAGE = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), np.uint8)
 
@@ -102,64 +99,6 @@ def test_ground_that_runs_away_hides_nothing() -> None:
     assert len(rows) == np.count_nonzero(inside) > 1000
 
 
-def street_view(T_world_base: Pose) -> tuple[Frame, NDArray[np.float32]]:
-    """A frame without range noise, and the exact depth at its pixels."""
-    points, _ = render_lidar(a_street(), T_world_base @ T_BASE_LIDAR, LIDAR)
-    depth_m = render_depth(a_street(), CAMERA, T_world_base @ T_BASE_CAMERA)
-    return frame_of(points, T_CAMERA_LIDAR), np.where(depth_m > 0, depth_m, np.float32(1e6))
-
-
-@pytest.fixture(scope="module", params=[0.0, 6.0])
-def view(request: pytest.FixtureRequest) -> tuple[Frame, NDArray[np.float32]]:
-    """Between parked cars, where the camera stands 0.6 m ahead of the LiDAR and 0.4 m below it."""
-    return street_view(along(request.param))
-
-
-def test_pixels_of_a_street_see_the_surface_that_the_camera_sees(view: tuple[Frame, NDArray[np.float32]]) -> None:
-    frame, depth_m = view
-    pixels = grid(4)
-    points = frame.points_at(pixels)
-    seen = has_point(points)
-    assert seen.mean() > 0.75
-    # A point within 5 px has one of the depths that the camera sees within 5 px, to a pixel's rounding.
-    window = np.ones((11, 11), np.uint8)
-    u, v = pixels[seen].astype(int).T
-    nearest, farthest = cv2.erode(depth_m, window)[v, u], cv2.dilate(depth_m, window)[v, u]
-    found_m = transform(T_CAMERA_LIDAR, points[seen])[:, 2]
-    assert (found_m > nearest - 0.1).all()
-    # Beams are 1.3 deg (7 px) apart: between two of them a car's edge may leave the wall behind it standing.
-    assert np.mean(found_m > farthest + 0.1) < 0.025
-
-
-def test_hidden_points_of_a_street_go_and_visible_ones_stay(view: tuple[Frame, NDArray[np.float32]]) -> None:
-    frame, depth_m = view
-    in_camera = transform(T_CAMERA_LIDAR, frame.points())
-    pixels = CAMERA.project(in_camera)
-    inside = np.flatnonzero(CAMERA.contains(pixels))
-    u, v = np.rint(pixels[inside]).astype(int).T
-    beyond_m = in_camera[inside, 2] - depth_m[v, u]
-    kept = np.isin(inside, frame.geometry.visible()[0])  # type: ignore[union-attr]
-    hidden, visible = beyond_m > 0.15 * depth_m[v, u] + 0.3, np.abs(beyond_m) < 0.1
-    # Without the test all would be kept; what stays lies between the beams that met the nearer surface.
-    assert kept[hidden].mean() < 0.6
-    assert kept[visible].mean() > 0.985
-
-
-def test_extrinsics_without_the_turn_to_the_optical_frame_are_refused(
-    view: tuple[Frame, NDArray[np.float32]],
-) -> None:
-    # The scanner's z axis, up, is taken for the camera's, forward: it would look into the sky.
-    with pytest.raises(DataError, match="T_camera_points takes points to the optical frame") as caught:
-        frame_of(view[0].points(), flat((-0.6, 0.0, 0.4)))
-    assert caught.value.code == "NO_DEPTH"
-
-
-def test_a_cloud_without_points_is_refused() -> None:
-    with pytest.raises(DataError, match="0 of 0 points") as caught:
-        frame_of(np.empty((0, 3), np.float32))
-    assert caught.value.code == "NO_DEPTH"
-
-
 def test_points_that_are_not_finite_go_with_their_times() -> None:
     points = at_depth(grid(20), 10.0)
     points[::5] = (np.nan, 0, 1)
@@ -191,32 +130,44 @@ def test_within_view_keeps_what_the_camera_sees() -> None:
     np.testing.assert_array_equal(frame.points_at(pixels), frame_of(points).points_at(pixels))
 
 
-@pytest.mark.parametrize(
-    "points",
-    [np.zeros((60, 4), np.float32), np.zeros(60, np.float32), np.zeros((60, 3), np.int32)],
-    ids=["intensity too", "flat", "integers"],
-)
-def test_points_of_another_shape_or_type_are_refused(points: NDArray[Any]) -> None:
-    with pytest.raises(DataError, match=r"expected floating-point metres of shape \(N, 3\)") as caught:
-        frame_of(points)
-    assert caught.value.code == "POINTS_SHAPE"
-
-
 def spoiled(row: int, column: int, value: float) -> NDArray[np.float64]:
     T_camera_points = np.eye(4)
     T_camera_points[row, column] = value
     return T_camera_points
 
 
+AHEAD = at_depth(grid(20), 10.0)
+
+
 @pytest.mark.parametrize(
-    "T_camera_points",
-    [np.eye(3), spoiled(0, 3, np.nan), spoiled(0, 0, -1.0), spoiled(0, 1, 0.1), spoiled(3, 2, 1.0), 2 * np.eye(4)],
-    ids=["3 x 3", "NaN", "mirror", "shear", "projective", "scaled"],
-)
-def test_extrinsics_that_are_not_rigid_are_refused(T_camera_points: NDArray[np.float64]) -> None:
-    with pytest.raises(DataError, match="orthonormal rotation") as caught:
-        frame_of(at_depth(grid(20), 10.0), T_camera_points)
-    assert caught.value.code == "BAD_EXTRINSICS"
+    ("points", "T_camera_points", "code", "expected"),
+    [
+        (np.zeros((60, 4), np.float32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (np.zeros((60, 2), np.float32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (np.zeros(60, np.float32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (np.zeros((60, 3), np.int32), None, "POINTS_SHAPE", r"floating-point metres of shape \(N, 3\)"),
+        (AHEAD, np.eye(3), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(0, 3, np.nan), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(0, 0, -1.0), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(0, 1, 0.1), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, spoiled(3, 2, 1.0), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (AHEAD, 2 * np.eye(4), "BAD_EXTRINSICS", "orthonormal rotation"),
+        (np.empty((0, 3), np.float32), None, "NO_DEPTH", "0 of 0 points"),
+        (-AHEAD, None, "NO_DEPTH", "T_camera_points takes points to the optical frame"),
+        # The turn to the optical frame is missing: the scanner's z axis, up, is taken for the camera's, forward.
+        (transform(inverse(T_CAMERA_LIDAR), AHEAD), np.eye(4), "NO_DEPTH", "0 of 300 points"),
+    ],
+    ids=[
+        "intensity too", "two columns", "flat", "integers", "3 x 3", "NaN", "mirror", "shear", "projective", "scaled",
+        "no points", "behind", "no turn",
+    ],
+)  # fmt: skip
+def test_scans_that_do_not_fit_are_refused(
+    points: NDArray[Any], T_camera_points: NDArray[np.float64] | None, code: str, expected: str
+) -> None:
+    with pytest.raises(DataError, match=expected) as caught:
+        frame_of(points, T_camera_points)
+    assert caught.value.code == code
 
 
 def test_extrinsics_printed_with_four_digits_are_accepted() -> None:

@@ -37,27 +37,19 @@ def test_calls_of_a_stage_are_summed_in_order_of_first_use() -> None:
     assert timings_ms["slow"] >= once_ms + 2
 
 
-def test_nothing_is_recorded_outside_the_block() -> None:
-    with record_stages() as timings_ms:
-        pass
-    slow(0)
-    assert timings_ms == {}
-
-
-def test_an_inner_recording_does_not_end_the_outer_one() -> None:
+def test_only_its_own_thread_within_the_block_is_recorded() -> None:
     with record_stages() as outer:
-        with record_stages() as inner:
-            slow(0)
-        slow(0)
-    assert list(inner) == list(outer) == ["slow"]
-
-
-def test_a_thread_records_for_itself() -> None:
-    with record_stages() as timings_ms:
         thread = threading.Thread(target=slow, args=(0,))
         thread.start()
         thread.join()
-    assert timings_ms == {}
+        assert outer == {}
+        with record_stages() as inner:
+            slow(0)
+        inner_ms = dict(inner)
+        slow(0)  # an inner recording does not end the outer one
+    slow(0)
+    assert list(inner) == list(outer) == ["slow"]
+    assert inner == inner_ms
 
 
 def test_no_stage_begins_once_the_time_is_used_up() -> None:
@@ -72,11 +64,7 @@ def test_no_stage_begins_once_the_time_is_used_up() -> None:
     assert slow(0) == 0, "outside there is no limit"
 
 
-def test_no_budget_is_no_limit() -> None:
+def test_no_budget_is_no_limit_and_the_function_keeps_its_name() -> None:
     with time_limit(0):
         assert slow(0.001) == 0.001
-
-
-def test_the_function_keeps_its_name() -> None:
-    assert slow.__name__ == "slow"
-    assert slow.__doc__ == "Waits."
+    assert (slow.__name__, slow.__doc__) == ("slow", "Waits.")

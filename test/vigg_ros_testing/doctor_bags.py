@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ START_NS = 1_700_000_000_123_456_789
 PERIOD_NS = 100_000_000
 CAMERA = Camera(width_px=64, height_px=48, fx_px=50.0, fy_px=50.0, cx_px=31.5, cy_px=23.5)
 COLOUR, INFO, DEPTH, CLOUD = "/cam/color/image_raw", "/cam/color/camera_info", "/cam/depth/image_raw", "/points"
+RGBD = COLOUR, INFO, DEPTH
 
 
 def picture(number: int) -> np.ndarray:
@@ -43,33 +45,46 @@ def sensor_message(topic: str, number: int, stamp_ns: int) -> Message:
     return encode_points(points, **header)
 
 
-def write(path: Path, topics: tuple[str, ...], *, offsets_ns: dict[str, int] | None = None, frames: int = 6) -> Path:
-    """A bag of these topics, 10 Hz; an offset moves the stamps of a topic."""
+def write(
+    path: Path,
+    topics: tuple[str, ...],
+    *,
+    offsets_ns: dict[str, int] | None = None,
+    frames: int = 6,
+    message_of: Callable[[str, int, int], Message | None] = sensor_message,
+    T_lidar_camera: np.ndarray | None = None,
+) -> Path:
+    """A bag of these topics, 10 Hz; an offset moves the stamps of a topic, ``message_of`` changes or omits messages.
+
+    With ``T_lidar_camera`` the bag begins with /tf_static.
+    """
     with BagWriter(path) as writer:
+        if T_lidar_camera is not None:
+            transform = encode_transform(T_lidar_camera, stamp_ns=START_NS, frame_id="lidar", child_frame_id="camera")
+            writer.write("/tf_static", encode_tf([transform]), log_ns=START_NS)
         for number in range(frames):
+            log_ns = START_NS + number * PERIOD_NS
             for topic in topics:
-                log_ns = START_NS + number * PERIOD_NS
-                stamp_ns = log_ns + (offsets_ns or {}).get(topic, 0)
-                writer.write(topic, sensor_message(topic, number, stamp_ns), log_ns=log_ns)
+                message = message_of(topic, number, log_ns + (offsets_ns or {}).get(topic, 0))
+                if message is not None:
+                    writer.write(topic, message, log_ns=log_ns)
     return path
-
-
-def without_stamp(message: Message) -> Message:
-    """The same message with the stamp 0, which the encoder refuses to write."""
-    time = Message("builtin_interfaces/msg/Time", {"sec": 0, "nanosec": 0})
-    header = Message("std_msgs/msg/Header", {**message.fields["header"].fields, "stamp": time})
-    return Message(message.type, {**message.fields, "header": header})
 
 
 def write_static(path: Path, T_lidar_camera: np.ndarray) -> Path:
-    transform = encode_transform(T_lidar_camera, stamp_ns=START_NS, frame_id="lidar", child_frame_id="camera")
-    with BagWriter(path) as writer:
-        writer.write("/tf_static", encode_tf([transform]), log_ns=START_NS)
-        for number in range(6):
-            stamp_ns = START_NS + number * PERIOD_NS
-            for topic in (COLOUR, INFO, CLOUD):
-                writer.write(topic, sensor_message(topic, number, stamp_ns), log_ns=stamp_ns)
-    return path
+    """A bag of a camera and a scanner with /tf_static."""
+    return write(path, (COLOUR, INFO, CLOUD), T_lidar_camera=T_lidar_camera)
+
+
+def with_fields(message: Message, **fields: object) -> Message:
+    """The message with other values in some fields, which the encoder might refuse to write."""
+    return Message(message.type, {**message.fields, **fields})
+
+
+def without_stamp(message: Message) -> Message:
+    """The same message with the stamp 0."""
+    time = Message("builtin_interfaces/msg/Time", {"sec": 0, "nanosec": 0})
+    return with_fields(message, header=with_fields(message.fields["header"], stamp=time))
 
 
 def looking_along_x() -> np.ndarray:

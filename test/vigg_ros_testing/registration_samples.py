@@ -58,10 +58,28 @@ def error_vector(T_found: Pose, T_true: Pose) -> NDArray[np.float64]:
     return np.concatenate((T_found[:3, 3] - T_true[:3, 3], turned.as_rotvec()))
 
 
+def normalised_error(found: Registration, T_true: Pose) -> float:
+    """e^T C^-1 e: with an honest covariance it follows chi-square with 6 degrees of freedom."""
+    error = error_vector(found.T_target_source, T_true)
+    return float(error @ np.linalg.solve(found.covariance, error))
+
+
 def errors(T_found: Pose, T_true: Pose) -> tuple[float, float]:
     """Rotation error (deg) and translation error (m)."""
     vector = error_vector(T_found, T_true)
     return float(np.rad2deg(np.linalg.norm(vector[3:]))), float(np.linalg.norm(vector[:3]))
+
+
+def truth(T_world_target: Pose, T_world_source: Pose) -> Pose:
+    """The exact T_target_source of two places."""
+    return np.linalg.inv(T_world_target) @ T_world_source
+
+
+def assert_near(T_found: Pose, T_true: Pose, *, rotation_deg: float, translation_m: float) -> None:
+    """Off by less than these, which depend on what the frames show."""
+    found = errors(T_found, T_true)
+    assert found[0] < rotation_deg, found
+    assert found[1] < translation_m, found
 
 
 def matches_of(target: NDArray[np.floating], source: NDArray[np.floating]) -> Matches:
@@ -102,6 +120,11 @@ class Studio:
         if key not in self._features:
             self._features[key] = extract(self.frame(T_world_camera, seed), Config())
         return self._features[key]
+
+    def pair(self, poses: Sequence[Pose], seeds: Sequence[int | None] = (1, 2)) -> tuple[Features, Features]:
+        """Features of a target and a source."""
+        target, source = map(self.features, poses, seeds)
+        return target, source
 
 
 def measured(

@@ -5,3 +5,5 @@
 from vigg_ros.registration.camera import Camera
 
 VIEWED_BY = Camera(160, 120, 131.0, 131.0, 79.5, 59.5)
+INTRINSICS = ["--intrinsics", "131", "131", "79.5", "59.5"]
+"""The same for the command line."""

@@ -22,7 +22,7 @@ from vigg_ros.registration.errors import BagError, ViggError
 
 
 class ExitCode(IntEnum):
-    """What a command tells the shell; DESIGN section 5."""
+    """What a command tells the shell; docs/data.md says when."""
 
     OK = 0
     FAILED = 1

@@ -24,13 +24,13 @@ from vigg_ros.cli.bag_input import (
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
 from vigg_ros.cli.console import ExitCode, table
 from vigg_ros.registration.config import Config
-from vigg_ros.report.diagnosis import Diagnosis, Question, diagnose
-from vigg_ros.report.findings import Finding
-from vigg_ros.report.samples import MESSAGES
+from vigg_ros.report.diagnosis import Diagnosis, DiagnosisRequest, diagnose
+from vigg_ros.report.findings import DoctorFinding
+from vigg_ros.report.samples import SAMPLED_MESSAGES, Sample
 from vigg_ros.tracking.extrinsics import Lookup
 
-HEADING = ("topic", "type", "messages", "rate", "from", "to", "largest gap", "jitter")
-ROLES = {
+TOPIC_COLUMNS = ("topic", "type", "messages", "rate", "from", "to", "largest gap", "jitter")
+ROLE_NAMES = {
     "image": "colour images",
     "camera_info": "calibration",
     "depth": "depth images",
@@ -50,7 +50,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> ExitCode:
     """Print the page. Raises BagError for a bag that cannot be read at all."""
     with BagReader(arguments.bag) as reader:
-        diagnosis = diagnose(reader, _question(arguments, reader))
+        diagnosis = diagnose(reader, _request(arguments, reader))
         print("\n".join(page(reader, diagnosis, arguments)))
         damaged = reader.damaged
     if arguments.config is not None and diagnosis.samples:
@@ -61,7 +61,7 @@ def run(arguments: Namespace) -> ExitCode:
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
 
 
-def _question(arguments: Namespace, reader: BagReader) -> Question:
+def _request(arguments: Namespace, reader: BagReader) -> DiagnosisRequest:
     def find_config(preset: str) -> Config:
         return load_config(Namespace(config=arguments.config or preset, set=arguments.set))
 
@@ -70,22 +70,20 @@ def _question(arguments: Namespace, reader: BagReader) -> Question:
             return None
         return find_extrinsics(arguments.extrinsics, reader, choice)
 
-    return Question(requested_topics(arguments), find_config, extrinsics_of)
+    return DiagnosisRequest(requested_topics(arguments), find_config, extrinsics_of)
 
 
 def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Iterator[str]:
     """The lines of the page."""
     yield f"{reader.path}: {_verdict(diagnosis, damaged=reader.damaged)}"
     yield from _section("What the bag holds", _contents(reader, diagnosis.rhythms))
-    rows = [(ROLES[one.role], one.topic.name, one.description or "unusable") for one in diagnosis.samples]
-    inputs = table([("for", "topic", "first message"), *rows]).split("\n") if rows else []
-    inputs += [f"Of each, {MESSAGES} messages were decoded; of the others only the stamps were read."] if rows else []
-    yield from _section("What a replay reads", inputs)
-    preset = f"the preset for it is {diagnosis.preset}, which a replay chooses"
-    yield from _section("How it fits together", [*diagnosis.fit, *([preset] if rows and not arguments.config else [])])
+    yield from _section("What a replay reads", _inputs(diagnosis.samples))
+    preset = [f"the preset for it is {diagnosis.preset}, which a replay chooses"]
+    is_chosen = bool(diagnosis.samples) and not arguments.config
+    yield from _section("How it fits together", [*diagnosis.fit, *(preset if is_chosen else [])])
     yield from _section("What is lost", map(str, reader.losses))
-    yield from _section("What is missing", _spoken([one for one in diagnosis.findings if one.blocks]))
-    odd = _spoken([one for one in diagnosis.findings if not one.blocks])
+    yield from _section("What is missing", _finding_lines([one for one in diagnosis.findings if one.blocks]))
+    odd = _finding_lines([one for one in diagnosis.findings if not one.blocks])
     yield from _section("What is odd", [*odd, *reader.notes])
     commands = [replay_command(arguments, request) for request in diagnosis.replays]
     yield from _section("Replay it with" if len(commands) < 2 else "Replay it with one of", commands)
@@ -104,7 +102,15 @@ def _section(title: str, lines: Sequence[str] | Iterator[str]) -> Iterator[str]:
         yield from ("", title, *(f"  {line}" for line in lines))
 
 
-def _spoken(findings: Sequence[Finding]) -> list[str]:
+def _inputs(samples: Sequence[Sample]) -> Iterator[str]:
+    """One row for each topic that a replay reads."""
+    rows = [(ROLE_NAMES[one.role], one.topic.name, one.description or "unusable") for one in samples]
+    if rows:
+        yield from table([("for", "topic", "first message"), *rows]).split("\n")
+        yield f"Of each, {SAMPLED_MESSAGES} messages were decoded; of the others only the stamps were read."
+
+
+def _finding_lines(findings: Sequence[DoctorFinding]) -> list[str]:
     return [line for finding in findings for line in (f"- {finding.text}", f"  -> {finding.remedy}")]
 
 
@@ -113,7 +119,7 @@ def _contents(reader: BagReader, rhythms: Mapping[str, Rhythm]) -> Iterator[str]
     stamped = [one.stamps_ns for one in rhythms.values() if one.stamps_ns.size and one.has_stamps]
     start_ns = min((int(stamps_ns.min()) for stamps_ns in stamped), default=None)
     rows = [_row(topic.name, topic.type, topic.count, rhythms.get(topic.name), start_ns) for topic in reader.topics]
-    yield from table([HEADING, *rows]).split("\n")
+    yield from table([TOPIC_COLUMNS, *rows]).split("\n")
     if start_ns is not None:
         day = datetime.fromtimestamp(max(0, start_ns) // 10**9, timezone.utc)
         yield f"Times are header stamps, counted from {start_ns} ns ({day:%Y-%m-%d %H:%M:%S} UTC);"

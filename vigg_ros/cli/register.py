@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
 from dataclasses import fields
 from datetime import datetime
 from pathlib import Path
@@ -16,16 +17,13 @@ from numpy.typing import NDArray
 from vigg_ros.cli.bag_input import add_extrinsics_argument, given_extrinsics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config
 from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, table
-from vigg_ros.pictures import BODY, OPTICAL, draw_aligned, draw_matches
+from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, Picture, draw_aligned, draw_matches
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.result import Evidence, Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
 from vigg_ros.report.gallery import FramePicture, lines_of_matches
-
-NO_ANSWER = 1
-"""Exit code for frames that could not be registered: an answer, but not one to build on."""
 
 SCAN_SUFFIXES = (".bin", ".npy")
 
@@ -59,8 +57,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
 
 
-def run(arguments: Namespace) -> ExitCode | int:
-    """Register, print the transform and its evidence, draw the pictures."""
+def run(arguments: Namespace) -> ExitCode:
+    """Register, print the transform and its evidence, draw the pictures. FAILED where there is no answer."""
     config = load_config(arguments)
     output = Path(arguments.output or f"vigg_register_{datetime.now():%Y%m%d_%H%M%S}")
     if output.exists() or output.is_symlink():
@@ -72,7 +70,7 @@ def run(arguments: Namespace) -> ExitCode | int:
         outcome = register(*features, config)
     print(describe(outcome, timings_ms))
     draw(output, (target, source), features, outcome, config)
-    return ExitCode.OK if isinstance(outcome, Registration) else NO_ANSWER
+    return ExitCode.OK if isinstance(outcome, Registration) else ExitCode.FAILED
 
 
 def read_frame(image_path: Path, depth_path: Path, arguments: Namespace) -> Frame:
@@ -138,7 +136,7 @@ def _evidence_rows(evidence: Evidence) -> list[tuple[str, str]]:
 def draw(
     output: Path, frames: tuple[Frame, Frame], features: tuple[Features, Features], outcome: Outcome, config: Config
 ) -> None:
-    """Pictures of the matches and, if there is an answer, of the aligned surfaces. Raises UsageError."""
+    """Pictures of the matches and, if there is an answer, of the aligned surfaces."""
     target, source = features
     lines = lines_of_matches(target.keypoints, source.keypoints, outcome, config)
     images = frames[0].image, frames[1].image
@@ -149,8 +147,13 @@ def draw(
             pictures[f"{name}_scan.png"] = scan
     if isinstance(outcome, Registration):
         moved = transform(outcome.T_target_source, source.surface.points)
-        axes = OPTICAL if np.allclose(frames[0].geometry.T_camera_points, np.eye(4)) else BODY
+        axes = OPTICAL_AXES if np.allclose(frames[0].geometry.T_camera_points, np.eye(4)) else BODY_AXES
         pictures["aligned.png"] = draw_aligned(target.surface.points, moved, axes=axes)
+    write_pictures(output, pictures)
+
+
+def write_pictures(output: Path, pictures: Mapping[str, Picture]) -> None:
+    """Pictures by file name, into a new folder. Raises UsageError."""
     try:
         output.mkdir(parents=True)
     except OSError as error:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``vigg replay``: a bag in, a folder of results out; see DESIGN section 5."""
+"""``vigg replay``: a bag in, a folder of results out; see docs/data.md, "What a replay leaves behind"."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The registrar as a ROS 2 node: the only wing that imports rclpy, tf2_ros and message packages."""
+"""The registrar as a ROS 2 node: the only room that imports rclpy, tf2_ros and message packages."""
 
 from __future__ import annotations
 

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.kernels import surface as surface_kernels
 from vigg_ros.registration.kernels.cells import CellIndex
+from vigg_ros.registration.kernels.fpfh import fpfh
+from vigg_ros.registration.kernels.normals import surface_normals
 from vigg_ros.registration.kernels.voxels import voxel_means
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.options import GeometricConfig
@@ -28,7 +29,7 @@ BLOCK = 512
 """Features compared at once, so that a block of similarities stays in the cache."""
 
 SURFACE_NORMAL_VOXELS = 2.0
-"""Radius of a surface point's normal; DESIGN.md, step 2."""
+"""Radius of a surface point's normal; docs/method.md, surface."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,7 @@ def estimate_normals(points: NDArray[np.float32], radius_m: float) -> NDArray[np
         return np.empty((0, 3), np.float32)
     index = CellIndex.build(points, radius_m)
     normals = np.empty_like(points)
-    normals[index.order] = surface_kernels.normals(points[index.order], index.starts, index.runs, radius_m)
+    normals[index.order] = surface_normals(points[index.order], index.starts, index.runs, radius_m)
     return normals
 
 
@@ -95,7 +96,7 @@ def describe(points: NDArray[np.float32], normals: NDArray[np.float32], radius_m
     index = CellIndex.build(points, radius_m)
     order = index.order
     features = np.empty((len(points), 33), np.float32)
-    features[order] = surface_kernels.fpfh(points[order], normals[order], index.starts, index.runs, radius_m)
+    features[order] = fpfh(points[order], normals[order], index.starts, index.runs, radius_m)
     return features
 
 

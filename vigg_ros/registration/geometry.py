@@ -16,7 +16,7 @@ from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.visibility import DepthView, ScanView
 
 PIXEL_RADIUS = 5.0
-"""How far from a pixel its point may project; DESIGN.md, step 1."""
+"""How far from a pixel its point may project; docs/method.md, keypoints."""
 
 HIDDEN_RATIO, HIDDEN_MARGIN_M = 1.15, 0.3
 """A point this much deeper than a neighbour in the image is hidden by it."""

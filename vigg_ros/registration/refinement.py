@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.kernels.cells import CellIndex
-from vigg_ros.registration.kernels.pairing import pair_surfaces
+from vigg_ros.registration.kernels.symmetric_icp import symmetric_icp_residuals
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.stages import stage
@@ -85,7 +85,7 @@ class SurfaceAligner:
     def residuals(self, source: Surface, T_target_source: NDArray[np.float64], radius_voxels: float) -> _Residuals:
         """Distances between the nearest surfaces along the mean of their normals."""
         index, target = self._sorted[radius_voxels]
-        rows, value, jacobian = pair_surfaces(
+        rows, value, jacobian = symmetric_icp_residuals(
             (source.points, source.normals), T_target_source, (target.points, target.normals), index.lookup(),
             radius_voxels * self._voxel_m, MIN_NORMAL_COSINE,
         )

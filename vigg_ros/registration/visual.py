@@ -123,7 +123,7 @@ def _in_full_image(
 def match_visual(target: Keypoints, source: Keypoints, config: VisualConfig) -> Matches:
     """C_vis: for each source keypoint its nearest target keypoint, if clearly nearer than the second.
 
-    The ratio is of squared distances (DESIGN: 0.8). At most ``top_k``, the most similar first.
+    The ratio is of squared distances (the paper's authors use 0.8). At most ``top_k``, the most similar first.
     """
     if len(target) < 2 or len(source) < 1:
         nearest, squared = np.empty(0, np.int64), np.empty((0, 2))

@@ -19,17 +19,17 @@ from vigg_ros.bags.topics import (
     choose_topics,
 )
 from vigg_ros.registration.config import Config
-from vigg_ros.report.findings import Finding, check_frames, check_pairing, check_samples
+from vigg_ros.report.findings import DoctorFinding, check_frames, check_pairing, check_samples
 from vigg_ros.report.pairing_forecast import PairingForecast, forecast_pairing
 from vigg_ros.report.samples import Sample, suggest_preset, take_samples
 from vigg_ros.tracking.extrinsics import Lookup
 
-MAX_ALTERNATIVES = 8
-"""So many readings of an ambiguous bag are listed."""
+MAX_ALTERNATIVE_CHOICES = 8
+"""So many choices of topics are listed for an ambiguous bag."""
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class DiagnosisRequest:
     """What the user asked for, and how to get what depends on the choice of topics."""
 
     requested: TopicRequest
@@ -47,7 +47,7 @@ class Diagnosis:
     samples: Sequence[Sample]
     fit: Sequence[str]
     """Sentences on how stamps and geometry of the chosen sensors fit together."""
-    findings: Sequence[Finding]
+    findings: Sequence[DoctorFinding]
     preset: str
     replays: Sequence[TopicRequest]
     """The topics to ask for; several where several could be meant, none where nothing can be replayed."""
@@ -58,34 +58,34 @@ class Diagnosis:
         return bool(self.replays)
 
 
-def diagnose(reader: BagReader, question: Question) -> Diagnosis:
-    """Look at an open bag. The losses of the reader are complete afterwards, but for what was not decoded."""
+def diagnose(reader: BagReader, request: DiagnosisRequest) -> Diagnosis:
+    """Examine an open bag. The losses of the reader are complete afterwards, but for what was not decoded."""
     encodings = reader.encodings()
     try:
-        readings = find_readings(reader, question.requested, encodings)
+        choices = find_choices(reader, request.requested, encodings)
     except TopicError as error:
         entries = reader.stamps()
         return Diagnosis(find_rhythms(entries), (), (), missing_topics(reader, error), "rgbd", ())
-    (requested, choice), *others = readings
-    samples = take_samples(reader, choice, question.find_config("rgbd").input)
+    (requested, choice), *others = choices
+    samples = take_samples(reader, choice, request.find_config("rgbd").input)
     preset = suggest_preset(samples)
-    extrinsics = None if choice.points is None else question.find_extrinsics(choice)
+    extrinsics = None if choice.points is None else request.find_extrinsics(choice)
     entries = reader.stamps()  # after the samples, so that the reader's losses are those of a whole reading
     fit, findings = check_frames(samples, extrinsics)
-    spoken, pairing = _check_stamps(entries, choice, question.find_config(preset))
+    timing, pairing = _check_stamps(entries, choice, request.find_config(preset))
     findings = [*_ambiguity(requested, others), *check_samples(samples), *findings, *pairing]
     blocked = any(finding.blocks for finding in findings)
     return Diagnosis(
         rhythms=find_rhythms(entries),
         samples=tuple(samples.values()),
-        fit=[*fit, *spoken],
+        fit=[*fit, *timing],
         findings=findings,
         preset=preset,
-        replays=[request for request, _ in readings] if not blocked or others else (),
+        replays=[request for request, _ in choices] if not blocked or others else (),
     )
 
 
-def find_readings(
+def find_choices(
     reader: BagReader, requested: TopicRequest, encodings: Mapping[str, str]
 ) -> list[tuple[TopicRequest, TopicChoice]]:
     """Each way to choose topics, with the request that leads to it; several if they are ambiguous.
@@ -94,7 +94,7 @@ def find_readings(
     """
     waiting = [requested]
     found: list[tuple[TopicRequest, TopicChoice]] = []
-    while waiting and len(found) < MAX_ALTERNATIVES:
+    while waiting and len(found) < MAX_ALTERNATIVE_CHOICES:
         request = waiting.pop(0)
         try:
             found.append((request, choose_topics(reader.topics, request, encodings=encodings)))
@@ -103,26 +103,26 @@ def find_readings(
     return found
 
 
-def _ambiguity(requested: TopicRequest, others: Sequence[tuple[TopicRequest, TopicChoice]]) -> list[Finding]:
+def _ambiguity(requested: TopicRequest, others: Sequence[tuple[TopicRequest, TopicChoice]]) -> list[DoctorFinding]:
     if not others:
         return []
     text = "several topics could be meant; what follows holds for the first of the commands below"
-    return [Finding(text, "choose one of the commands, or name the topics")]
+    return [DoctorFinding(text, "choose one of the commands, or name the topics")]
 
 
-def missing_topics(reader: BagReader, error: TopicError) -> list[Finding]:
+def missing_topics(reader: BagReader, error: TopicError) -> list[DoctorFinding]:
     """Why no topics could be chosen."""
-    findings = [Finding(str(error), "record what is missing, or name the topic", blocks=True)]
+    findings = [DoctorFinding(str(error), "record what is missing, or name the topic", blocks=True)]
     has_calibration = any(topic.type in CAMERA_INFO_TYPES for topic in reader.topics)
     if not has_calibration and "camera-info" not in str(error):
         text = "found no calibration (sensor_msgs/CameraInfo)"
-        findings.append(Finding(text, "record the camera_info topic beside the images", blocks=True))
+        findings.append(DoctorFinding(text, "record the camera_info topic beside the images", blocks=True))
     return findings
 
 
 def _check_stamps(
     entries: Sequence[StampEntry], choice: TopicChoice, config: Config
-) -> tuple[list[str], list[Finding]]:
+) -> tuple[list[str], list[DoctorFinding]]:
     chosen = [entry for entry in entries if entry.topic in choice.names]
     if choice.points is None:
         assert choice.depth is not None, "one of depth and points is chosen"
@@ -130,10 +130,10 @@ def _check_stamps(
     else:
         topics, words = (choice.points.name, choice.image.name), ("scan", "colour image")
     forecast = forecast_pairing(chosen, *topics, config.pairing)
-    return _speak(forecast, *words, config), check_pairing(forecast, config.pairing, *words)
+    return _describe_forecast(forecast, *words, config), check_pairing(forecast, config.pairing, *words)
 
 
-def _speak(forecast: PairingForecast, leader: str, follower: str, config: Config) -> list[str]:
+def _describe_forecast(forecast: PairingForecast, leader: str, follower: str, config: Config) -> list[str]:
     sentences = [
         f"{forecast.paired} of {forecast.leaders} {leader}s have a {follower} within "
         f"{1e3 * config.pairing.sync_slop_s:g} ms"

@@ -15,26 +15,25 @@ from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import ProjectedScan
 from vigg_ros.registration.options import PairingConfig
 from vigg_ros.report.pairing_forecast import PairingForecast
-from vigg_ros.report.samples import Sample, Samples
-from vigg_ros.sensors.input_decoder import Role
-from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
+from vigg_ros.report.samples import Sample, Samples, observations_of
+from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, PointCloud
 from vigg_ros.tracking.assembly import depth_frame, scan_frame
 from vigg_ros.tracking.extrinsics import Lookup
 
-FLAT_DEVIATION = 3.0
-"""Grey levels: an image that varies less shows nothing to match."""
+FLAT_IMAGE_DEVIATION = 3.0
+"""Standard deviation in grey levels: an image that varies less shows nothing to match."""
 
-MOST = 0.8
+MOSTLY_PAIRED_SHARE = 0.8
 """So large a share of the slower topic in pairs means that its stamps are fine."""
 
-SLOP_MARGIN = 1.2
+SLOP_MARGIN_FACTOR = 1.2
 """A suggested slop is so much larger than the largest offset that should fit."""
 
 _EXTRINSICS_REMEDY = "record /tf_static too, or give --extrinsics: where the camera stands in the frame of the points"
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class DoctorFinding:
     """Something a user should know before the replay, or has to mend for it."""
 
     text: str
@@ -43,51 +42,51 @@ class Finding:
     """Whether nothing can be replayed because of it."""
 
     @classmethod
-    def of(cls, error: DataError, where: str, *, blocks: bool) -> Finding:
+    def of(cls, error: DataError, where: str, *, blocks: bool) -> DoctorFinding:
         """A refused message or frame."""
         return cls(f"{where}: found {error.found}, expected {error.expected}", error.remedy, blocks)
 
 
-def check_samples(samples: Samples) -> Iterator[Finding]:
+def check_samples(samples: Samples) -> Iterator[DoctorFinding]:
     """Topics without messages, refused messages, and odd ones that were accepted."""
     for sample in samples.values():
         needed = sample.role != "ground_truth"
         yield from _check_sample(sample, needed=needed)
         notes = {note.code: note for one in sample.observations for note in one.notes}
         for note in notes.values():
-            yield Finding(f"{sample.topic.name}: found {note.found}, {note.taken}", note.remedy)
+            yield DoctorFinding(f"{sample.topic.name}: found {note.found}, {note.taken}", note.remedy)
     yield from _check_frame_ids(samples)
-    images = [one.image for one in _of(samples, "image") if isinstance(one, ColourImage)]
-    if images and max(float(np.std(image)) for image in images) < FLAT_DEVIATION:
-        yield Finding("the first images show next to nothing", "check exposure, lens cap and decoder")
+    images = [one.image for one in observations_of(samples, "image") if isinstance(one, ColourImage)]
+    if images and max(float(np.std(image)) for image in images) < FLAT_IMAGE_DEVIATION:
+        yield DoctorFinding("the first images show next to nothing", "check exposure, lens cap and decoder")
 
 
-def _check_sample(sample: Sample, *, needed: bool) -> Iterator[Finding]:
+def _check_sample(sample: Sample, *, needed: bool) -> Iterator[DoctorFinding]:
     name, refusals = sample.topic.name, sample.refusals
     if not (refusals or sample.observations):
         text = f"{name} has no message that can be read" if sample.topic.count else f"{name} has no messages"
-        yield Finding(text, "record it again; was its publisher running?", blocks=needed)
+        yield DoctorFinding(text, "record it again; was its publisher running?", blocks=needed)
     elif refusals:
         share = f"{name}, {len(refusals)} of the first {len(refusals) + len(sample.observations)} messages"
-        yield Finding.of(refusals[0], share, blocks=needed and not sample.observations)
+        yield DoctorFinding.of(refusals[0], share, blocks=needed and not sample.observations)
 
 
-def _check_frame_ids(samples: Samples) -> Iterator[Finding]:
+def _check_frame_ids(samples: Samples) -> Iterator[DoctorFinding]:
     names = {role: sample.observations[0].frame_id for role, sample in samples.items() if sample.observations}
     image = names.get("image", "")
     if names.get("camera_info", image) != image:
-        yield Finding(
+        yield DoctorFinding(
             f"the images are in {image!r}, their calibration is in {names['camera_info']!r}",
             "check that --camera-info-topic names the calibration of this camera",
         )
     if names.get("depth", image) != image:
-        yield Finding(
+        yield DoctorFinding(
             f"the images are in {image!r}, depth is in {names['depth']!r}",
             "use depth that is registered to the colour image (often called aligned_depth or depth_registered)",
         )
 
 
-def check_frames(samples: Samples, extrinsics: Lookup | None) -> tuple[list[str], list[Finding]]:
+def check_frames(samples: Samples, extrinsics: Lookup | None) -> tuple[list[str], list[DoctorFinding]]:
     """Make frames of the samples, as a replay would: what the first good one shows, or why there is none."""
     failure: DataError | None = None
     for frame in _frames(samples, extrinsics):
@@ -96,15 +95,15 @@ def check_frames(samples: Samples, extrinsics: Lookup | None) -> tuple[list[str]
         failure = frame
     if failure is None:
         return [], []
-    finding = Finding.of(failure, "no frame can be made of the first messages", blocks=True)
+    finding = DoctorFinding.of(failure, "no frame can be made of the first messages", blocks=True)
     return [], [replace(finding, remedy=_EXTRINSICS_REMEDY) if failure.code == "NO_TF" else finding]
 
 
 def _frames(samples: Samples, extrinsics: Lookup | None) -> Iterator[Frame | DataError]:
     """A frame of each image and depth image or cloud of the samples; their stamps may differ."""
-    calibration = next(iter(_of(samples, "camera_info")), None)
-    images = [one for one in _of(samples, "image") if isinstance(one, ColourImage)]
-    geometries = [*_of(samples, "depth"), *_of(samples, "points")]
+    calibration = next(iter(observations_of(samples, "camera_info")), None)
+    images = [one for one in observations_of(samples, "image") if isinstance(one, ColourImage)]
+    geometries = [*observations_of(samples, "depth"), *observations_of(samples, "points")]
     if not (isinstance(calibration, Calibration) and images and geometries):
         return
     for image, geometry in zip_longest(images, geometries):
@@ -129,23 +128,23 @@ def _describe(frame: Frame) -> str:
     return f"{np.mean(frame.geometry.depth_m > 0):.0%} of the first image's pixels have a point"
 
 
-def check_pairing(forecast: PairingForecast, config: PairingConfig, leader: str, follower: str) -> list[Finding]:
+def check_pairing(forecast: PairingForecast, config: PairingConfig, leader: str, follower: str) -> list[DoctorFinding]:
     """Stamps that will not find each other."""
     lost = forecast.leaders - forecast.refused - forecast.paired
     findings = []
     if forecast.refused:
         findings.append(
-            Finding(
+            DoctorFinding(
                 f"{forecast.refused} of {forecast.leaders} {leader}s have a zero or duplicate stamp and are refused",
                 "let the driver fill header.stamp, and look for a second publisher on the topic",
             )
         )
     if lost and forecast.offsets_ns.size:
         text = f"{lost} of {forecast.leaders} {leader}s find no {follower} within {1e3 * config.sync_slop_s:g} ms"
-        findings.append(Finding(text, _pairing_remedy(forecast), blocks=forecast.paired < 2))
+        findings.append(DoctorFinding(text, _pairing_remedy(forecast), blocks=forecast.paired < 2))
     elif forecast.paired < 2:
         text = f"{forecast.paired} {leader}s have a {follower}: there is no motion to find"
-        findings.append(Finding(text, "record longer", blocks=True))
+        findings.append(DoctorFinding(text, "record longer", blocks=True))
     return findings
 
 
@@ -153,13 +152,9 @@ def _pairing_remedy(forecast: PairingForecast) -> str:
     typical_s = float(np.percentile(np.abs(forecast.offsets_ns), 95)) / 1e9
     if np.abs(forecast.offset_ns) > 1e9:
         return f"the clocks differ by {forecast.offset_ns / 1e9:.3f} s: synchronise them and record again"
-    if forecast.paired >= MOST * forecast.followers:
+    if forecast.paired >= MOSTLY_PAIRED_SHARE * forecast.followers:
         return "the others come at a lower rate, and nearly all of them are used: these are left out"
     if forecast.paired < forecast.leaders / 2 and typical_s < 0.5:
-        slop_s = np.ceil(1e3 * SLOP_MARGIN * typical_s) / 1e3
+        slop_s = np.ceil(1e3 * SLOP_MARGIN_FACTOR * typical_s) / 1e3
         return f"if the sensors see the same moment, add: --set pairing.sync_slop_s={slop_s:g}"
     return "these are left out; the rest is not affected"
-
-
-def _of(samples: Samples, role: Role) -> tuple[Observation, ...]:
-    return samples[role].observations if role in samples else ()

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from vigg_ros.acceptance.checks import answer_margin
 from vigg_ros.pictures import (
-    BODY,
-    OPTICAL,
+    BODY_AXES,
+    OPTICAL_AXES,
     Picture,
     beside,
     draw_aligned,
@@ -132,7 +132,7 @@ class PicturedFrame:
         if self.target is None:
             return None
         if isinstance(self.result.outcome, Registration):
-            axes = BODY if self.source.depth_m is None else OPTICAL
+            axes = BODY_AXES if self.source.depth_m is None else OPTICAL_AXES
             moved = transform(self.result.outcome.T_target_source, self.source.points)
             return draw_aligned(self.target.points, moved, axes=axes, panel_width_px=panel_width_px)
         if self.target.depth_m is None or self.source.depth_m is None:

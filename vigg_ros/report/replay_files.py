@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a replay: trajectory, frames, configuration; see DESIGN section 5."""
+"""The files of a replay: trajectory, frames, configuration; see docs/data.md, "What a replay leaves behind"."""
 
 from __future__ import annotations
 

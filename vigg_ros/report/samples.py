@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A few messages of each chosen topic, decoded as a replay would, and what they look like."""
+"""A few messages of each chosen topic, decoded as a replay would, and described in words."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from vigg_ros.sensors.observation import (
     StampedPose,
 )
 
-MESSAGES = 5
+SAMPLED_MESSAGES = 5
 """So many of each topic are decoded: enough to know the format, and quick in the largest bag."""
 
 
@@ -56,7 +56,7 @@ def take_samples(reader: BagReader, choice: TopicChoice, config: InputConfig) ->
 def _take(reader: BagReader, decoder: InputDecoder, role: Role, topic: Topic) -> Sample:
     observations: list[Observation] = []
     refusals: list[DataError] = []
-    for item in islice(reader.messages([topic.name], order="log"), MESSAGES):
+    for item in islice(reader.messages([topic.name], order="log"), SAMPLED_MESSAGES):
         try:
             observations.append(decoder.decode(role, item.message))
         except DataError as error:
@@ -66,7 +66,7 @@ def _take(reader: BagReader, decoder: InputDecoder, role: Role, topic: Topic) ->
 
 def suggest_preset(samples: Samples) -> str:
     """``lidar`` for clouds that reach farther than an RGB-D camera sees, else ``rgbd``."""
-    clouds = [cloud for cloud in _observed(samples, "points") if isinstance(cloud, PointCloud)]
+    clouds = [cloud for cloud in observations_of(samples, "points") if isinstance(cloud, PointCloud)]
     if not clouds:
         return "lidar" if "points" in samples else "rgbd"
     ranges_m = np.linalg.norm(clouds[0].points, axis=1)
@@ -78,7 +78,8 @@ def find_preset(reader: BagReader, choice: TopicChoice) -> str:
     return suggest_preset(take_samples(reader, choice, InputConfig()))
 
 
-def _observed(samples: Samples, role: Role) -> tuple[Observation, ...]:
+def observations_of(samples: Samples, role: Role) -> tuple[Observation, ...]:
+    """What was decoded of one sensor; nothing where no topic was chosen for it."""
     return samples[role].observations if role in samples else ()
 
 

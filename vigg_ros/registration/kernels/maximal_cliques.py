@@ -11,7 +11,7 @@ from vigg_ros.registration.kernels.compilation import compiled
 
 _ONE = np.uint64(1)
 
-GREEDY_WORK = 20_000_000
+MAX_GREEDY_WORK = 20_000_000
 """Weights looked at for greedy cliques, after which only nodes that are in none yet grow one."""
 
 
@@ -24,7 +24,7 @@ def _popcount(x):  # pragma: no cover - compiled
 
 
 @compiled
-def _has(bits, i):  # pragma: no cover - compiled
+def _has_bit(bits, i):  # pragma: no cover - compiled
     return (bits[i >> 6] >> np.uint64(i & 63)) & _ONE != 0
 
 
@@ -59,7 +59,7 @@ def _greedy(node, order, neighbours, members):  # pragma: no cover - compiled
     size = 1
     fits = neighbours[node].copy()
     for candidate in order:
-        if _has(fits, candidate):
+        if _has_bit(fits, candidate):
             members[size] = candidate
             size += 1
             for word in range(len(fits)):
@@ -76,18 +76,18 @@ def _is_clique(members, size, bits):  # pragma: no cover - compiled
     if count != size:
         return False
     for a in range(size):  # noqa: SIM110 - numba compiles loops, not generators
-        if not _has(bits, members[a]):
+        if not _has_bit(bits, members[a]):
             return False
     return True
 
 
 @compiled
 def _grow_greedily(neighbours, weight, order, members, best_weight, best):  # pragma: no cover - compiled
-    """One clique from each node on, within about GREEDY_WORK."""
+    """One clique from each node on, within about MAX_GREEDY_WORK."""
     grown = 0
     for node in range(len(order)):
         # Thousands of large cliques that hardly differ would take seconds to weigh.
-        if grown > GREEDY_WORK and best_weight[node] > 0:
+        if grown > MAX_GREEDY_WORK and best_weight[node] > 0:
             continue
         size = _greedy(node, order[node], neighbours, members)
         grown += len(order) + size * size
@@ -122,7 +122,7 @@ def heaviest_cliques(neighbours, weight, order, max_work):  # pragma: no cover -
     nodes by falling weight. Returns best (N, W), the members of each node's clique, their weights (N,),
     and whether every maximal clique was seen. ``max_work`` bounds the word operations of the search;
     at the bound the heaviest cliques found so far stand, and each node has at least its greedy one, or, in graphs
-    with so many and so large ones that GREEDY_WORK is spent, one that it shares.
+    with so many and so large ones that MAX_GREEDY_WORK is spent, one that it shares.
     Cliques of fewer than three nodes do not count; nodes without one keep weight 0.
     """
     n, words = neighbours.shape

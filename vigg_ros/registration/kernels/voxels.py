@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.kernels.compilation import compiled
 
-HALF_RANGE = 2**20
+HALF_RANGE_VOXELS = 2**20
 """Voxels on each side of the origin, per axis; three axes fit one int64 key."""
 
 
@@ -31,7 +31,7 @@ def _accumulate(points, begin, grid, slots, sums, voxels):  # pragma: no cover -
     number of voxels.
     """
     inverse, low, high = grid
-    limit = np.float64(HALF_RANGE)
+    limit = np.float64(HALF_RANGE_VOXELS)
     slot_key, slot_place = slots
     last_key, place = np.int64(-1), np.int64(0)
     for i in range(begin, len(points)):
@@ -41,8 +41,8 @@ def _accumulate(points, begin, grid, slots, sums, voxels):  # pragma: no cover -
         inside = -limit <= cx < limit and -limit <= cy < limit and -limit <= cz < limit
         if not (low <= squared <= high and inside):
             continue
-        key = (np.int64(cx) + HALF_RANGE) * (2 * HALF_RANGE) + np.int64(cy) + HALF_RANGE
-        key = key * (2 * HALF_RANGE) + np.int64(cz) + HALF_RANGE
+        key = (np.int64(cx) + HALF_RANGE_VOXELS) * (2 * HALF_RANGE_VOXELS) + np.int64(cy) + HALF_RANGE_VOXELS
+        key = key * (2 * HALF_RANGE_VOXELS) + np.int64(cz) + HALF_RANGE_VOXELS
         if key != last_key:  # neighbours in an image or a scan mostly share a voxel
             slot = _slot_of(key, slot_key, slot_place)
             if slot_place[slot] < 0:
@@ -63,7 +63,7 @@ def voxel_means(points, voxel_size, nearest, farthest):  # pragma: no cover - co
     """Means (V, 3) float32 of points (N, 3) float32, by voxels of a grid that holds the origin as a corner.
 
     In order of each voxel's first point. Points nearer to the origin than ``nearest``, beyond ``farthest``, or beyond
-    HALF_RANGE voxels along an axis are left out.
+    HALF_RANGE_VOXELS voxels along an axis are left out.
     """
     grid = (1.0 / voxel_size, nearest * nearest, farthest * farthest)
     room = 1 << 14
@@ -94,8 +94,8 @@ def voxel_means_plain(
     """Twin of ``voxel_means``, in order of the voxels' coordinates."""
     exact = points.astype(np.float64)
     squared = np.einsum("ni,ni->n", exact, exact)
-    kept = (squared >= nearest**2) & (squared <= farthest**2) & (np.abs(exact) < HALF_RANGE * voxel_size).all(axis=1)
-    exact = exact[kept]
+    inside = (np.abs(exact) < HALF_RANGE_VOXELS * voxel_size).all(axis=1)
+    exact = exact[(squared >= nearest**2) & (squared <= farthest**2) & inside]
     voxels = np.floor(exact * (1.0 / voxel_size)).astype(np.int64)
     _, place, counts = np.unique(voxels, axis=0, return_inverse=True, return_counts=True)
     sums = np.zeros((len(counts), 3))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nearest surfaces under a motion, with the residuals of their alignment."""
+"""Correspondences of two surfaces under a motion, with their symmetric point-to-plane residuals (Rusinkiewicz 2019)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vigg_ros.registration.kernels.compilation import compiled
 
 
 @compiled
-def _nearest(x, y, z, points, index, radius):  # pragma: no cover - compiled
+def _nearest_neighbour(x, y, z, points, index, radius):  # pragma: no cover - compiled
     """The sorted point nearest to a place within the radius, -1 if there is none; see ``CellIndex.lookup``."""
     origin, cell_size, shape, keys, starts, known, steps = index
     cx = np.floor((x - origin[0]) / cell_size) + 1
@@ -54,7 +54,7 @@ def _rotated(R, vector):  # pragma: no cover - compiled
 
 
 @compiled
-def pair_surfaces(source, T, target, index, radius, min_cosine):  # pragma: no cover - compiled
+def symmetric_icp_residuals(source, T, target, index, radius, min_cosine):  # pragma: no cover - compiled
     """For each source point the nearest target point within the radius, if both face the same way.
 
     ``source`` and ``target`` are points (N, 3) and normals (N, 3); the target is sorted by the cells of ``index`` (see
@@ -70,7 +70,7 @@ def pair_surfaces(source, T, target, index, radius, min_cosine):  # pragma: no c
     for i in range(n):
         ax, ay, az = _rotated(T, points[i])  # relative to the moved origin
         px, py, pz = ax + T[0, 3], ay + T[1, 3], az + T[2, 3]
-        j = _nearest(px, py, pz, target_points, index, radius)
+        j = _nearest_neighbour(px, py, pz, target_points, index, radius)
         if j < 0:
             continue
         nx, ny, nz = _rotated(T, normals[i])
@@ -90,7 +90,7 @@ def pair_surfaces(source, T, target, index, radius, min_cosine):  # pragma: no c
     return rows[:kept], values[:kept], jacobian[:kept]
 
 
-def pair_surfaces_plain(
+def symmetric_icp_residuals_plain(
     source: tuple[NDArray[np.float32], NDArray[np.float32]],
     T_target_source: NDArray[np.float64],
     target: tuple[NDArray[np.float32], NDArray[np.float32]],
@@ -98,7 +98,7 @@ def pair_surfaces_plain(
     radius: float,
     min_cosine: float,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Twin of ``pair_surfaces`` by all pairs; the target is in any order."""
+    """Twin of ``symmetric_icp_residuals`` by all pairs; the target is in any order."""
     points, normals = source
     rotated = points @ T_target_source[:3, :3].T
     moved = rotated + T_target_source[:3, 3]
