@@ -7,7 +7,8 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -63,15 +64,15 @@ class LiveRun:
         command = [*NODE, *node_words]
         with ros_node("vigg_live", self._domain_id) as ros, NodeProcess(command, log, environment) as process:
             player = BagPlayer(ros, self._reader, self._topics, best_effort=best_effort)
-            wait = self._receiving(ros, process)
             interrupted = False
             try:
-                self._wait_until_ready(ros, player, wait)
-                self._usage = [process.usage()] * 2
-                player.play(rate, self._note_frame, wait)
-                self.frames.heard_s = time.monotonic()
-                while self.frames.pending and time.monotonic() - self.frames.heard_s < QUIET_S:
-                    wait(POLL_S)
+                with self._receiving(ros, process) as wait:
+                    self._wait_until_ready(ros, player, wait)
+                    self._usage = [process.usage()] * 2
+                    player.play(rate, self._note_frame, wait)
+                    self.frames.heard_s = time.monotonic()
+                    while self.frames.pending and time.monotonic() - self.frames.heard_s < QUIET_S:
+                        wait(POLL_S)
             except KeyboardInterrupt:
                 interrupted = True
             self.exit_code = process.stop()
@@ -85,7 +86,8 @@ class LiveRun:
         """The figures so far."""
         return live_rows(self.frames, *self._usage)
 
-    def _receiving(self, ros: Node, process: NodeProcess) -> Wait:
+    @contextmanager
+    def _receiving(self, ros: Node, process: NodeProcess) -> Iterator[Wait]:
         """A way to wait in which the node's answers are taken, and the figures shown."""
         ros.create_subscription(PoseStamped, POSE, self._take_pose, QoSProfile(depth=1000))
         ros.create_subscription(DiagnosticStatus, STATUS, self._take_status, QoSProfile(depth=1000))
@@ -99,7 +101,10 @@ class LiveRun:
             if self.frames.all:
                 self._display.update()
 
-        return wait
+        try:
+            yield wait
+        finally:
+            executor.shutdown()
 
     def _wait_until_ready(self, ros: Node, player: BagPlayer, wait: Wait) -> None:
         print("waiting for the node (the first run compiles its kernels) ...", file=sys.stderr, flush=True)
