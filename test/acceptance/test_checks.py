@@ -71,7 +71,7 @@ def test_an_unknown_figure_is_an_objection_unless_the_check_says_otherwise() -> 
 
 
 def test_without_verification_only_the_basic_checks_are_asked() -> None:
-    config = CONFIG.replace({"verification.enabled": False})
+    config = CONFIG.replace({"acceptance.enabled": False})
     poor = dataclasses.replace(SOUND, overlap=0.0, consistency=0.0, visual_inliers=0, geometric_inliers=0)
     assert answer_objection(poor, config) is None
     assert answer_objection(dataclasses.replace(poor, motion_sigma_deg=6.0), config) is not None

@@ -147,7 +147,7 @@ def test_what_is_not_finite_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_without_verification_only_what_is_no_motion_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    config = CONFIG.replace({"verification.enabled": False})
+    config = CONFIG.replace({"acceptance.enabled": False})
     poor = candidate(overlap=0.01, in_front=0.5, visual=0, geometric=3)
     assert isinstance(verdict(monkeypatch, (poor, fit(poor)), config=config), Registration)
     free = verdict(monkeypatch, (poor, fit(poor, deviation_m=np.inf)), config=config)

@@ -61,11 +61,11 @@ def test_what_is_wrong_stops_the_start_in_one_line(
 
 @pytest.mark.parametrize("value", ["0.00005", "1e-4", "0.001", "1"])
 def test_a_printed_configuration_is_read_back(value: str, tmp_path: Path, capsys) -> None:
-    assert main(["config", "--set", f"input.depth_scale_m={value}", "--set", "verification.enabled=false"]) == 0
+    assert main(["config", "--set", f"input.depth_scale_m={value}", "--set", "acceptance.enabled=false"]) == 0
     (tmp_path / "mine.yaml").write_text(capsys.readouterr().out)
     config = load_config(Namespace(config=str(tmp_path / "mine.yaml"), set=[]))
     assert config.input.depth_scale_m == float(value)
-    assert not config.verification.enabled
+    assert not config.acceptance.enabled
 
 
 def test_a_file_does_not_hide_a_preset(tmp_path: Path, monkeypatch) -> None:

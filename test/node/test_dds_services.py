@@ -18,7 +18,7 @@ from vigg_ros_testing.ros_peer import Peer, stamp_of
 
 SLOW = parameters(
     geometry="depth", geometric__always=True, geometric__voxel_size_m=0.004, geometric__sample_k=50000,
-    verification__candidates=50, local_match__iterations=20,
+    acceptance__candidates=50, local_match__iterations=20,
 )  # fmt: skip
 """So that a registration of a small frame takes long enough to be interrupted."""
 

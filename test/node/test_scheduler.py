@@ -149,7 +149,7 @@ def test_pauses_and_keyframes_on_request(harness: Harness, views) -> None:
 def test_other_options_hold_from_the_next_frame_on(harness: Harness, views) -> None:
     harness.send(views[0], 0)
     harness.wait(1)
-    harness.scheduler.configure(CHEAP.replace({"verification.min_inliers": 1000}), max_rate_hz=0.0)
+    harness.scheduler.configure(CHEAP.replace({"acceptance.min_inliers": 1000}), max_rate_hz=0.0)
     harness.send(views[1], 1)
     assert harness.wait(2)[-1] == "LOST"
     assert harness.results[-1].reason == "TOO_FEW_INLIERS"

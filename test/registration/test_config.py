@@ -219,3 +219,11 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path) -> None:
 def test_a_range_that_fine_cells_cannot_cover_is_refused() -> None:
     with pytest.raises(ConfigError, match="too far for cells"):
         Config().replace({"geometric.max_range_m": 1000.0, "geometric.voxel_size_m": 0.001})
+
+
+def test_the_old_name_of_a_section_works_with_a_note() -> None:
+    with pytest.warns(FutureWarning, match=r"verification\.min_inliers is called acceptance\.min_inliers now"):
+        config = Config().replace({"verification.min_inliers": 12})
+    assert config.acceptance.min_inliers == 12
+    with pytest.warns(FutureWarning), pytest.raises(ConfigError, match="by its old name too"):
+        Config().replace({"acceptance.min_inliers": 12, "verification.min_inliers": 13})

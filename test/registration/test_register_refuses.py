@@ -136,7 +136,7 @@ def test_rooms_without_paint_are_refused(scene: Scene) -> None:
 
 def test_fewer_inliers_than_asked_for(studio: Studio) -> None:
     pair = studio.pair((looking(), looking((0.1, 0.1, 0))))
-    config = CONFIG.replace({"verification.min_inliers": 1000})
+    config = CONFIG.replace({"acceptance.min_inliers": 1000})
     found = rejected(register(*pair, config), Reason.TOO_FEW_INLIERS)
     assert "expected at least 1000" in found.message
     assert 8 <= found.evidence.visual_inliers + found.evidence.geometric_inliers < 1000
@@ -144,7 +144,7 @@ def test_fewer_inliers_than_asked_for(studio: Studio) -> None:
 
 def test_less_overlap_than_asked_for(studio: Studio) -> None:
     pair = studio.pair((looking(), looking((0, 0.5, 0), (0, 1, 0))))
-    found = rejected(register(*pair, CONFIG.replace({"verification.min_overlap": 0.9})), Reason.LOW_OVERLAP)
+    found = rejected(register(*pair, CONFIG.replace({"acceptance.min_overlap": 0.9})), Reason.LOW_OVERLAP)
     assert 0.1 < found.evidence.overlap < 0.9
     answer(register(*pair, CONFIG))
 

@@ -319,7 +319,7 @@ def test_a_reference_out_of_sight_is_replaced_by_the_last_frame(dark: int | None
             "keyframes.max_translation_m": 100.0,
             "keyframes.max_rotation_deg": 180.0,
             "keyframes.retries": 0,
-            "verification.min_overlap": 0.5,
+            "acceptance.min_overlap": 0.5,
         }
     )
     path = [looking((0, 0.1 * k, 0), (0, 0.25 * k, 0)) for k in range(7)]

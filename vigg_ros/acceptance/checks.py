@@ -136,7 +136,7 @@ ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
     ),
     Check(
         Reason.TOO_FEW_INLIERS, "inliers", lambda e: e.inliers,
-        "at least", lambda e, config: config.verification.min_inliers, "verification.min_inliers",
+        "at least", lambda e, config: config.acceptance.min_inliers, "acceptance.min_inliers",
         "{value} matches agree, expected at least {limit}", supports=True,
     ),
     Check(
@@ -153,12 +153,12 @@ ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
     ),
     Check(
         Reason.LOW_OVERLAP, "overlap", lambda e: e.overlap,
-        "at least", lambda e, config: config.verification.min_overlap, "verification.min_overlap",
+        "at least", lambda e, config: config.acceptance.min_overlap, "acceptance.min_overlap",
         "{value:.1%} of the surface coincides, expected {limit:.1%}", best=1.0, supports=True,
     ),
     Check(
         Reason.CONFLICT, "consistency", lambda e: e.consistency,
-        "at least", lambda e, config: config.verification.min_consistency, "verification.min_consistency",
+        "at least", lambda e, config: config.acceptance.min_consistency, "acceptance.min_consistency",
         "{value:.1%} of the surface that both should see coincides, expected {limit:.1%}", best=1.0, supports=True,
     ),
     Check(
@@ -275,4 +275,4 @@ def _first_objection(checks: Iterable[Check[Evidence]], evidence: Evidence, conf
 
 
 def _asked(config: Config) -> Iterable[Check[Evidence]]:
-    return (check for check in ANSWER_CHECKS if check.basic or config.verification.enabled)
+    return (check for check in ANSWER_CHECKS if check.basic or config.acceptance.enabled)

@@ -84,7 +84,7 @@ def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rej
         runner_up=max(competition(other, candidate, pair.config) for other in candidates),
     )
     objection = answer_objection(evidence, pair.config)
-    if objection is None and pair.config.verification.enabled:  # a search, so only of what would be an answer
+    if objection is None and pair.config.acceptance.enabled:  # a search, so only of what would be an answer
         evidence = replace(evidence, repeated_shift_m=_repeated_shift_m(pair, candidate))
         objection = answer_objection(evidence, pair.config)
     if objection is not None:
@@ -114,6 +114,6 @@ def _repeated_shift_m(pair: Pair, candidate: Candidate) -> float:
     if T_repeated is None:
         return math.nan
     other = assess(pair, T_repeated).agreement
-    if other.consistency < pair.config.verification.min_consistency or other.conflict > MAX_CONFLICT.value:
+    if other.consistency < pair.config.acceptance.min_consistency or other.conflict > MAX_CONFLICT.value:
         return math.nan  # the surfaces know better
     return float(np.linalg.norm(T_repeated[:3, 3] - candidate.T_target_source[:3, 3]))

@@ -171,7 +171,7 @@ def _align_varied(pair: Pair, variation: Variation, wanted: Wanted) -> Outcome:
 
 def _follow_otherwise(pair: Pair, hypotheses: Hypotheses, guide: str) -> list[Candidate]:
     threshold_m = pair.config.cliques.inlier_threshold_m
-    few = distinct(hypotheses, pair.config.verification.candidates, threshold_m)
+    few = distinct(hypotheses, pair.config.acceptance.candidates, threshold_m)
     if guide == "refit":
         matches = concatenate(pair.visual, pair.geometric)
         return [assess(pair, refit(matches, T, threshold_m)) for T in few.T_target_source]

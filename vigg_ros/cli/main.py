@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
+import warnings
 from collections.abc import Sequence
 
 import vigg_ros
@@ -36,7 +37,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     from vigg_ros.registration.errors import ViggError
 
     try:
-        return int(arguments.run(arguments))
+        with warnings.catch_warnings():
+            warnings.showwarning = _note  # type: ignore[assignment]
+            return int(arguments.run(arguments))
     except ViggError as error:
         print(f"vigg {arguments.command}: {error}", file=sys.stderr)
         return int(console.exit_code_of(error))
@@ -47,6 +50,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The reader of our output has gone (`vigg ... | head`): nothing is left to say, and nobody to say it to.
         sys.stderr.close()
         return int(console.ExitCode.OK)
+
+
+def _note(message: Warning | str, *_: object) -> None:
+    """A warning of this package or another one, as a line for people."""
+    print(f"note: {message}", file=sys.stderr)
 
 
 def _parser(wanted: str | None) -> argparse.ArgumentParser:

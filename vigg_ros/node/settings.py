@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.config import PRESETS, Config
+from vigg_ros.registration.config import PRESETS, Config, renamed
 from vigg_ros.registration.errors import ConfigError, DataError
 from vigg_ros.registration.options import check_option, coerced, option, unknown_name
 from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
@@ -158,11 +158,11 @@ _OWN = {spec.name: spec for spec in dataclasses.fields(NodeOptions)}
 
 def _short_names(changes: Mapping[str, Any]) -> dict[str, Any]:
     """The changes by the names that parameters have. Raises ConfigError where one is given by both of its names."""
-    renamed = {SHORT_NAMES.get(name, name): value for name, value in changes.items()}
-    if len(renamed) < len(changes):
+    named = {SHORT_NAMES.get(name, name): value for name, value in renamed(changes).items()}
+    if len(named) < len(changes):
         twice = next(short for long, short in SHORT_NAMES.items() if {long, short} <= changes.keys())
         raise ConfigError(f"{twice} and {_LONG_NAMES[twice]} are the same parameter; give one of them")
-    return renamed
+    return named
 
 
 def parse_extrinsics(text: str) -> NDArray[np.float64] | None:

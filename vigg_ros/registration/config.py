@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -16,6 +17,7 @@ import yaml
 from vigg_ros.registration.errors import ConfigError
 from vigg_ros.registration.options import (
     MAX_CELLS_PER_AXIS,
+    AcceptanceConfig,
     CliqueConfig,
     GeometricConfig,
     InputConfig,
@@ -23,7 +25,6 @@ from vigg_ros.registration.options import (
     LocalMatchConfig,
     PairingConfig,
     RefinementConfig,
-    VerificationConfig,
     VisualConfig,
     check_option,
     coerced,
@@ -41,7 +42,7 @@ class Config:
     cliques: CliqueConfig = CliqueConfig()
     local_match: LocalMatchConfig = LocalMatchConfig()
     refinement: RefinementConfig = RefinementConfig()
-    verification: VerificationConfig = VerificationConfig()
+    acceptance: AcceptanceConfig = AcceptanceConfig()
     keyframes: KeyframeConfig = KeyframeConfig()
     pairing: PairingConfig = PairingConfig()
     input: InputConfig = InputConfig()
@@ -83,6 +84,7 @@ class Config:
     def replace(self, changes: Mapping[str, Any]) -> Config:
         """A copy with options changed, by dotted name. Raises ConfigError, and then nothing is changed."""
         known = {name: spec for name, spec, _ in self.options()}
+        changes = renamed(changes)
         sections: dict[str, dict[str, Any]] = {}
         for name, value in changes.items():
             if name not in known:
@@ -122,6 +124,9 @@ class Config:
         return str(yaml.safe_dump(tree, sort_keys=False))
 
 
+OLD_SECTION = "verification."
+"""What ``acceptance`` was called in version 0.1."""
+
 PAPER: dict[str, Any] = {
     "visual.max_pixels": 100_000_000,
     "geometric.feature_grid_voxels": 1.0,
@@ -132,8 +137,8 @@ PAPER: dict[str, Any] = {
     "cliques.geometric_hypotheses": False,
     "local_match.geometric_prior": False,
     "refinement.iterations": 0,
-    "verification.enabled": False,
-    "verification.candidates": 1,
+    "acceptance.enabled": False,
+    "acceptance.candidates": 1,
 }
 """Changes to a preset that give the paper's method as published: no geometric hypotheses, refinement or refusal."""
 
@@ -149,13 +154,27 @@ PRESETS: dict[str, dict[str, Any]] = {
         "geometric.sample_k": 10000,
         "cliques.inlier_threshold_m": 0.6,
         # Between the beams of a scan surfaces are missed that a depth image would show.
-        "verification.min_consistency": 0.4,
+        "acceptance.min_consistency": 0.4,
         "keyframes.max_translation_m": 10.0,
         "keyframes.max_rotation_deg": 30.0,
         "pairing.sync_slop_s": 0.05,
     },
 }
 PRESETS |= {f"{name}_paper": {**PRESETS[name], **PAPER} for name in ("rgbd", "lidar")}
+
+
+def renamed(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Options by the names they have now; a FutureWarning tells of old ones. Raises ConfigError for both at once."""
+    out: dict[str, Any] = {}
+    for name, value in changes.items():
+        new = name
+        if name.startswith(OLD_SECTION):
+            new = f"acceptance.{name.removeprefix(OLD_SECTION)}"
+            warnings.warn(f"{name} is called {new} now; the old name works in this release only", FutureWarning, 3)
+        if new in out:
+            raise ConfigError(f"{new} is given by its old name too; give one of them")
+        out[new] = value
+    return out
 
 
 def _parameters(content: Any, path: str | Path) -> Mapping[str, Any]:

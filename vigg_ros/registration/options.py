@@ -144,7 +144,7 @@ class RefinementConfig:
 
 
 @dataclass(frozen=True, slots=True)
-class VerificationConfig:
+class AcceptanceConfig:
     """What an answer must show before it is given."""
 
     enabled: bool = option(True, "off for the paper's method, which answers whenever a motion is determined")

@@ -47,7 +47,7 @@ def align(target: Features, source: Features, config: Config, evidence: Evidence
     objection = frame_objection(target, source, config)
     if objection:
         return Rejection(*objection, evidence)
-    if config.verification.enabled and not config.geometric.always:
+    if config.acceptance.enabled and not config.geometric.always:
         visual = match_visual(target.keypoints, source.keypoints, config.visual)
         answer = align_by_images(Pair(target, source, visual, no_matches(), config), evidence)
         if answer is not None:
@@ -97,7 +97,7 @@ def follow(pair: Pair, hypotheses: Hypotheses) -> list[Candidate]:
     """Distinct hypotheses after visual-guided geometric matching, with how the frames agree under them."""
     config = pair.config
     threshold_m = config.cliques.inlier_threshold_m
-    few = distinct(hypotheses, config.verification.candidates, threshold_m)
+    few = distinct(hypotheses, config.acceptance.candidates, threshold_m)
     prior = concatenate(pair.visual, pair.geometric) if config.local_match.geometric_prior else pair.visual
     rows = sample(len(pair.source.landmarks), config.geometric.sample_k, config.seed)
     source = pair.source.landmarks.select(rows)
