@@ -118,12 +118,7 @@ def test_a_file_that_cannot_be_read_is_left_out_and_noted(tmp_path: Path) -> Non
 
 def test_progress_counts_to_its_end(tmp_path: Path) -> None:
     seen: list[tuple[int, int]] = []
-    convert(
-        "kitti",
-        kitti(tmp_path / "04"),
-        tmp_path / "bag",
-        progress=lambda done, total: seen.append((done, total)),
-    )
+    convert("kitti", kitti(tmp_path / "04"), tmp_path / "bag", progress=lambda done, total: seen.append((done, total)))
     assert seen == [(k, 13) for k in range(1, 14)]
 
 

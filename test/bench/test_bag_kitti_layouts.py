@@ -38,11 +38,7 @@ def test_the_extrinsics_lead_from_the_velodyne_into_camera_2(layout: str, tmp_pa
 
 def test_a_sequence_of_the_odometry_benchmark(tmp_path: Path) -> None:
     frames = open_dataset("kitti", kitti(tmp_path)).frames()
-    assert [frame.stamp_ns for frame in frames] == [
-        1_000_000_000,
-        1_104_128_400,
-        1_208_256_800,
-    ]
+    assert [frame.stamp_ns for frame in frames] == [1_000_000_000, 1_104_128_400, 1_208_256_800]
     for k, frame in enumerate(frames):
         assert (frame.image() == k).all()
         np.testing.assert_array_equal(frame.points(), [[k, 1, 2], [4, 5, 6]])

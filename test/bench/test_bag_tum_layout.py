@@ -11,10 +11,7 @@ import pytest
 
 from vigg_ros.bench.datasets.convert import open_dataset
 from vigg_ros.registration.errors import BagError
-from vigg_ros_testing.dataset_samples import (
-    real_data,
-    tum,
-)
+from vigg_ros_testing.dataset_samples import real_data, tum
 
 
 def test_tum_keeps_every_stamp_and_associates_within_20_ms(tmp_path: Path) -> None:

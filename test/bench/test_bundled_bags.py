@@ -114,9 +114,7 @@ def test_street_truth_is_the_drive(street_bag: dict[str, list[Any]], script: Mod
         np.testing.assert_allclose(seen, T_world_lidar, atol=1e-9)
 
 
-def test_street_clouds_show_the_street(
-    street_bag: dict[str, list[Any]], a_street: Scene, script: ModuleType
-) -> None:
+def test_street_clouds_show_the_street(street_bag: dict[str, list[Any]], a_street: Scene, script: ModuleType) -> None:
     cloud = street_bag["/lidar/points"][12]
     rows = cloud.data.view("<f4").reshape(-1, 5)
     begin_s = script.STREET_BEGIN_S + (stamp_ns(cloud) - script.START_NS) / 1e9

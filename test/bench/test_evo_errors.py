@@ -15,9 +15,7 @@ from vigg_ros.report.accuracy import measure_session
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros_testing.trajectory_samples import SECOND, path, pose, winding
 
-needs_evo = pytest.mark.skipif(
-    importlib.util.find_spec("evo") is None, reason="evo is not installed"
-)
+needs_evo = pytest.mark.skipif(importlib.util.find_spec("evo") is None, reason="evo is not installed")
 
 
 @needs_evo

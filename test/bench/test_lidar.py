@@ -22,9 +22,7 @@ MODEL = LidarModel(beams=16, columns=180)
 def four_walls() -> Scene:
     """Walls at x = +-10 and y = +-6, 20 m high: every beam of the model meets one."""
     walls = (((10, 0, 0), 180, 12), ((-10, 0, 0), 0, 12), ((0, 6, 0), 270, 20), ((0, -6, 0), 90, 20))
-    return scene_of(
-        *(Rectangle(upright(at, facing), (wide, 20), plain_texture()) for at, facing, wide in walls)
-    )
+    return scene_of(*(Rectangle(upright(at, facing), (wide, 20), plain_texture()) for at, facing, wide in walls))
 
 
 def off_the_walls_m(points: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -65,9 +63,7 @@ def test_a_moving_scan_is_straight_again_with_the_pose_of_each_column() -> None:
         return flat((8.0 * time_s, 0, 0), 90.0 * time_s)
 
     points, times_s = render_lidar(four_walls(), motion, MODEL)
-    in_world = np.concatenate(
-        [moved(motion(time_s), points[times_s == time_s]) for time_s in np.unique(times_s)]
-    )
+    in_world = np.concatenate([moved(motion(time_s), points[times_s == time_s]) for time_s in np.unique(times_s)])
     np.testing.assert_allclose(off_the_walls_m(in_world), 0, atol=5e-6)
     # Taken as rigid it is bent: from the middle to the ends of the scan the sensor moves 0.4 m.
     assert np.abs(off_the_walls_m(moved(motion(0.0), points))).max() > 0.3

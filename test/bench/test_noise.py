@@ -77,8 +77,7 @@ def test_patches_are_lost_and_the_range_is_limited(camera: Camera) -> None:
 
 def test_the_same_generator_state_gives_the_same_bytes(camera: Camera) -> None:
     first, again, other = (
-        KinectNoise().apply(even_depth(2.0, camera), camera, np.random.default_rng(seed))
-        for seed in (8, 8, 9)
+        KinectNoise().apply(even_depth(2.0, camera), camera, np.random.default_rng(seed)) for seed in (8, 8, 9)
     )
     assert first.tobytes() == again.tobytes() != other.tobytes()
 

@@ -14,9 +14,7 @@ from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat, look_at, upr
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import ConfigError
 
-DRIVE = Drive(
-    start=(1.0, 2.0, 0.0), start_yaw_deg=90.0, speed_mps=5.0, legs=(Leg(10.0), Leg(4 * math.pi, 90.0))
-)
+DRIVE = Drive(start=(1.0, 2.0, 0.0), start_yaw_deg=90.0, speed_mps=5.0, legs=(Leg(10.0), Leg(4 * math.pi, 90.0)))
 
 
 def assert_rigid(T_world_thing: Pose) -> None:
@@ -69,9 +67,7 @@ def test_a_loop_ends_where_it_began_and_moves_as_a_hand_does() -> None:
 def test_a_drive_goes_straight_then_around_a_quarter_circle() -> None:
     # North 10 m from (1, 2), then left by 90 deg on a radius of 4 pi / (pi / 2) = 8 m: to (-7, 20), west.
     np.testing.assert_allclose(DRIVE.T_world_vehicle(1.0), flat((1, 7, 0), 90), atol=1e-12)
-    np.testing.assert_allclose(
-        DRIVE.T_world_vehicle(2.0 + 4 * math.pi / 5), flat((-7, 20, 0), 180), atol=1e-9
-    )
+    np.testing.assert_allclose(DRIVE.T_world_vehicle(2.0 + 4 * math.pi / 5), flat((-7, 20, 0), 180), atol=1e-9)
     halfway = DRIVE.T_world_vehicle(2.0 + 2 * math.pi / 5)
     np.testing.assert_allclose(halfway, flat((1 - 8 + 8 / 2**0.5, 12 + 8 / 2**0.5, 0), 135), atol=1e-9)
 

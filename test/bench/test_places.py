@@ -49,9 +49,7 @@ def test_the_street_returns_most_beams_of_a_lidar(a_street: Scene) -> None:
 
 def test_the_hall_looks_the_same_one_period_on(camera: Camera) -> None:
     scene = hall_of_columns(seed=2)
-    here, there = (
-        render_rgbd(scene, camera, look_at((x, 0.3, 1.4), (x + 2, 0.1, 1.2))) for x in (0.0, HALL_PERIOD_M)
-    )
+    here, there = (render_rgbd(scene, camera, look_at((x, 0.3, 1.4), (x + 2, 0.1, 1.2))) for x in (0.0, HALL_PERIOD_M))
     near = here[1] < 15
     assert near.mean() > 0.9
     # Positions differ by 1.2 m exactly, so depth to rounding, and texture to the 1/32 texel of a look-up.

@@ -57,15 +57,11 @@ def test_silhouette_and_depth_of_a_sphere(camera: Camera) -> None:
     np.testing.assert_array_equal(depth_m > 0, inside)
     points = directions[inside] * depth_m[inside][:, None]
     np.testing.assert_allclose(np.linalg.norm(points - centre, axis=1), radius_m, atol=1e-5)
-    assert (np.einsum("ni,ni->n", points - centre, points) < 0).all(), (
-        "the near side is seen, not the far one"
-    )
+    assert (np.einsum("ni,ni->n", points - centre, points) < 0).all(), "the near side is seen, not the far one"
 
 
 @pytest.mark.parametrize("eye", [(-3.0, 0.5, 0.3), (-1.5, 0.2, 2.5), (-1.0, 0.0, -3.0)])
-def test_points_of_a_cylinder_lie_on_its_side_or_lids(
-    camera: Camera, eye: tuple[float, float, float]
-) -> None:
+def test_points_of_a_cylinder_lie_on_its_side_or_lids(camera: Camera, eye: tuple[float, float, float]) -> None:
     scene = scene_of(Cylinder(flat((0, 0, 0)), 0.5, 1.2, plain_texture()))
     T_world_camera = look_at(eye, (0, 0, 0))
     depth_m = render_depth(scene, camera, T_world_camera)
@@ -136,9 +132,7 @@ def two_views() -> tuple[Pose, Pose]:
     return loop.T_world_camera(0.2), loop.T_world_camera(0.7)
 
 
-def test_points_of_one_view_have_the_depth_that_another_view_shows(
-    furnished_room: Scene, camera: Camera
-) -> None:
+def test_points_of_one_view_have_the_depth_that_another_view_shows(furnished_room: Scene, camera: Camera) -> None:
     T_world_a, T_world_b = two_views()
     points = lifted(render_depth(furnished_room, camera, T_world_a), camera, T_world_a)
     in_b = (points - T_world_b[:3, 3]) @ T_world_b[:3, :3]
@@ -167,9 +161,7 @@ def test_points_have_the_colour_that_another_view_shows(furnished_room: Scene, c
     # Surfaces keep their brightness to rounding; at edges, a tenth of these pixels, interpolation blurs.
     assert np.median(errors) <= 2
     assert np.mean(errors < 15) > 0.85
-    assert np.mean(np.abs(image_b.astype(float) - image_a) < 15) < 0.5, (
-        "without the warp it is another picture"
-    )
+    assert np.mean(np.abs(image_b.astype(float) - image_a) < 15) < 0.5, "without the warp it is another picture"
 
 
 def test_a_seed_is_a_world(camera: Camera) -> None:

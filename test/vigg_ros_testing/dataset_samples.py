@@ -129,11 +129,7 @@ def kitti_raw(folder: Path, frames: int = 3) -> Path:
         # One degree of longitude at the equator is 111,319.49 m: this is k metres to the east.
         longitude_deg = k / (6_378_137.0 * np.pi / 180)
         (drive / "oxts" / "data" / f"{k:010d}.txt").write_text(f"0 {longitude_deg!r} 5 0 0 0" + " 0" * 24)
-    for sensor, fraction in (
-        ("image_02", "964389445"),
-        ("velodyne_points", "951199337"),
-        ("oxts", "960000001"),
-    ):
+    for sensor, fraction in (("image_02", "964389445"), ("velodyne_points", "951199337"), ("oxts", "960000001")):
         rows = (f"2011-09-26 13:02:{25 + k}.{fraction}\n" for k in range(frames))
         (drive / sensor / "timestamps.txt").write_text("".join(rows))
     (drive.parent / "calib_cam_to_cam.txt").write_text(

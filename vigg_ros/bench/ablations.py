@@ -70,9 +70,7 @@ VARIATIONS = {
     "refit": Variation("post-refinement on all global matches in place of local matching", guide="refit"),
     "icp": Variation("point-to-point ICP in place of local matching", guide="icp"),
     "within-view": Variation("scans clipped to the camera's view", within_view=True),
-    **{
-        f"iterations-{n}": Variation(f"{n} rounds of local matching", {"local_match.iterations": n}) for n in (0, 3, 5)
-    },
+    **{f"iterations-{n}": Variation(f"{n} rounds of local matching", {"local_match.iterations": n}) for n in (0, 3, 5)},
     **{
         f"gamma2-{n}": Variation(f"zones of gamma^2 = {n}", {"local_match.gamma_squared": float(n)})
         for n in (2, 5, 10, 20)
@@ -198,10 +196,7 @@ def near_truth(hypotheses: Hypotheses, T_true: NDArray[np.float64], threshold_m:
 
 @stage("local matches")
 def icp(
-    target: NDArray[np.floating],
-    source: NDArray[np.floating],
-    T_target_source: NDArray[np.float64],
-    threshold_m: float,
+    target: NDArray[np.floating], source: NDArray[np.floating], T_target_source: NDArray[np.float64], threshold_m: float
 ) -> NDArray[np.float64]:
     """Point-to-point ICP of (N, 3) onto (M, 3): nearest points within the threshold, until they stay the same."""
     tree = cKDTree(target)

@@ -58,10 +58,7 @@ def fpfh_ransac(task: Task) -> Answer:
     )
     kit = o3d.pipelines.registration
     reach_m = 1.5 * voxel_m
-    checks = [
-        kit.CorrespondenceCheckerBasedOnEdgeLength(0.9),
-        kit.CorrespondenceCheckerBasedOnDistance(reach_m),
-    ]
+    checks = [kit.CorrespondenceCheckerBasedOnEdgeLength(0.9), kit.CorrespondenceCheckerBasedOnDistance(reach_m)]
     o3d.utility.random.seed(task.config.seed)
     result, search_ms = timed(
         lambda: kit.registration_ransac_based_on_feature_matching(
@@ -98,9 +95,7 @@ def icp(task: Task, *, to_plane: bool) -> Answer:
     voxel_m = task.config.geometric.voxel_size_m
     (target, _), (source, _), prepared_ms = _prepared(task, ("normals", voxel_m), partial(_with_normals, task, voxel_m))
     kit = o3d.pipelines.registration
-    estimation = (
-        kit.TransformationEstimationPointToPlane() if to_plane else kit.TransformationEstimationPointToPoint()
-    )
+    estimation = kit.TransformationEstimationPointToPlane() if to_plane else kit.TransformationEstimationPointToPoint()
     result, align_ms = timed(
         lambda: kit.registration_icp(source, target, REACH_VOXELS * voxel_m, np.eye(4), estimation)
     )

@@ -54,13 +54,7 @@ class Spread:
 
     def as_dict(self) -> dict[str, float]:
         """For metrics.json."""
-        return {
-            "median": self.median,
-            "p95": self.p95,
-            "max": self.maximum,
-            "rmse": self.rmse,
-            "count": self.count,
-        }
+        return {"median": self.median, "p95": self.p95, "max": self.maximum, "rmse": self.rmse, "count": self.count}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +67,7 @@ class Errors:
     rotation_deg: NDArray[np.float64]
 
     @classmethod
-    def between(
-        cls, stamps_ns: NDArray[np.int64], T_a: NDArray[np.float64], T_b: NDArray[np.float64]
-    ) -> Errors:
+    def between(cls, stamps_ns: NDArray[np.int64], T_a: NDArray[np.float64], T_b: NDArray[np.float64]) -> Errors:
         """The errors between motions (N, 4, 4) and others."""
         pairs = list(zip(T_a, T_b, strict=True))
         translation_m = np.array([translation_error_m(*pair) for pair in pairs])

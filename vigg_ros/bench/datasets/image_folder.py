@@ -17,13 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import (
-    START_NS,
-    DatasetPose,
-    parse_stamp_ns,
-    read_tum_poses,
-    stamp_of_number,
-)
+from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_tum_poses, stamp_of_number
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
 from vigg_ros.registration.errors import BagError
@@ -44,11 +38,7 @@ _COLOUR_WORD = re.compile(r"colou?r|rgb|image|img", re.IGNORECASE)
 
 
 def open_image_folder(
-    folder: Path,
-    *,
-    intrinsics: Intrinsics | None = None,
-    depth_scale: float = DEPTH_SCALE,
-    rate_hz: float = RATE_HZ,
+    folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale: float = DEPTH_SCALE, rate_hz: float = RATE_HZ
 ) -> Dataset:
     """The recording in this folder; the rate gives stamps to files that are only numbered.
 

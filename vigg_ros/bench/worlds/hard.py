@@ -48,12 +48,7 @@ def bare_room(seed: int) -> Scene:
         Rectangle(flat((0, 0, 0)), (5, 4), white((5, 4))),
         Rectangle(upside_down((0, 0, 2.6)), (5, 4), white((5, 4))),
     ]
-    for wall_x, wall_y, facing_deg, width_m in (
-        (2.5, 0, 180, 4),
-        (-2.5, 0, 0, 4),
-        (0, 2, 270, 5),
-        (0, -2, 90, 5),
-    ):
+    for wall_x, wall_y, facing_deg, width_m in ((2.5, 0, 180, 4), (-2.5, 0, 0, 4), (0, 2, 270, 5), (0, -2, 90, 5)):
         T_world_wall = upright((wall_x, wall_y, 1.3), facing_deg)
         surfaces.append(Rectangle(T_world_wall, (width_m, 2.6), white((width_m, 2.6))))
     for x, y, yaw_deg, size_m in ((1.2, 0.6, 20.0, (0.8, 0.6, 0.7)), (1.6, -0.8, -10.0, (0.5, 0.5, 1.2))):

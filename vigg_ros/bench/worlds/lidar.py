@@ -66,11 +66,7 @@ class LidarScan:
 
 
 def render_lidar(
-    scene: Scene,
-    T_world_lidar: Pose | Motion,
-    model: LidarModel,
-    *,
-    rng: np.random.Generator | None = None,
+    scene: Scene, T_world_lidar: Pose | Motion, model: LidarModel, *, rng: np.random.Generator | None = None
 ) -> tuple[NDArray[np.float32], Array]:
     """Points (N, 3) float32 in the lidar frame and times_s (N,) of a scan: see scan_lidar."""
     scan = scan_lidar(scene, T_world_lidar, model, rng=rng)
@@ -78,11 +74,7 @@ def render_lidar(
 
 
 def scan_lidar(
-    scene: Scene,
-    T_world_lidar: Pose | Motion,
-    model: LidarModel,
-    *,
-    rng: np.random.Generator | None = None,
+    scene: Scene, T_world_lidar: Pose | Motion, model: LidarModel, *, rng: np.random.Generator | None = None
 ) -> LidarScan:
     """One turn of the sensor at a pose (4, 4) or along a motion; exact unless an rng adds range noise.
 

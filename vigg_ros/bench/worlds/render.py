@@ -37,9 +37,7 @@ def render_depth(scene: Scene, camera: Camera, T_world_camera: Pose) -> NDArray[
     return np.where(hits.surface >= 0, hits.depth_m, 0).astype(np.float32)
 
 
-def render_image(
-    scene: Scene, camera: Camera, T_world_camera: Pose, *, supersampling: int = 2
-) -> NDArray[np.uint8]:
+def render_image(scene: Scene, camera: Camera, T_world_camera: Pose, *, supersampling: int = 2) -> NDArray[np.uint8]:
     """Image (H, W, 3) uint8 BGR."""
     view = _View.of(camera, T_world_camera, supersampling)
     colours = _shade(scene, view, _cast(scene, view))

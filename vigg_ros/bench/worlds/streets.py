@@ -20,9 +20,7 @@ ROAD_WIDTH_M = 7.0
 CROSSING_X_M = 20.0
 """The main street runs along x through the origin; a side street leaves it northwards here."""
 
-STREET_DRIVE = Drive(
-    start=(1.3, -0.6, 0.0), speed_mps=6.0, legs=(Leg(12.0), Leg(11.0, turn_deg=90.0), Leg(20.0))
-)
+STREET_DRIVE = Drive(start=(1.3, -0.6, 0.0), speed_mps=6.0, legs=(Leg(12.0), Leg(11.0, turn_deg=90.0), Leg(20.0)))
 """Along the main street, left into the side street, and on."""
 
 _FRONT_M = 8.5
@@ -32,14 +30,7 @@ _FRONT_M = 8.5
 def street(seed: int) -> Scene:
     """A street 100 m long with a side street: houses, parked cars, trees, poles, signs and hedges."""
     rng = np.random.default_rng(seed)
-    surfaces = (
-        *_ground(rng),
-        *_houses(rng),
-        *_parked_cars(rng),
-        *_trees(rng),
-        *_poles(rng),
-        *_yard_things(rng),
-    )
+    surfaces = (*_ground(rng), *_houses(rng), *_parked_cars(rng), *_trees(rng), *_poles(rng), *_yard_things(rng))
     return Scene(surfaces, Light((-300.0, -500.0, 600.0), ambient=0.5), background_bgr=(235, 215, 190))
 
 
@@ -141,9 +132,7 @@ def _trees(rng: Rng) -> Iterator[Surface]:
             crown_m = float(rng.uniform(0.6, 1.1))
             offset = rng.uniform((-0.7, -0.7, 0.2), (0.7, 0.7, 1.6))
             side_m = 2 * np.pi * crown_m
-            leaves = mottled(
-                rng, (side_m, side_m), colour=(55, 115, 85), contrast=32, coarsest_m=0.4, texel_m=0.03
-            )
+            leaves = mottled(rng, (side_m, side_m), colour=(55, 115, 85), contrast=32, coarsest_m=0.4, texel_m=0.03)
             yield Sphere((x + offset[0], y + offset[1], height_m + offset[2]), crown_m, leaves)
 
 
