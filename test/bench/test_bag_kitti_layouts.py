@@ -133,6 +133,19 @@ def test_a_raw_drive_without_imu_has_no_truth(what: str, tmp_path: Path) -> None
     assert "no ground truth" in dataset.notes[0]
 
 
+@pytest.mark.parametrize(("used", "kept"), [(range(3, 6), range(2, 7)), (range(3), range(4)), (range(9), range(9))])
+def test_a_part_of_a_raw_drive_has_the_poses_of_that_part(used: range, kept: range, tmp_path: Path) -> None:
+    # Packets come 4 ms before the images and 9 ms after the scans: those of the part, and one on either side.
+    drive = kitti_raw(tmp_path, frames=9)
+    for path in (*drive.glob("image_02/data/*"), *drive.glob("velodyne_points/data/*")):
+        if int(path.stem) not in used:
+            path.unlink()
+    poses = open_dataset("kitti-raw", drive).poses
+    assert [pose.stamp_ns for pose in poses] == [1317042145_960000001 + k * 10**9 for k in kept]
+    # In the Velodyne's first frame: that of the first pose.
+    np.testing.assert_allclose([pose.T_world_sensor[0, 3] for pose in poses], np.arange(len(kept)), atol=1e-9)
+
+
 def test_missing_scans_of_a_raw_drive_leave_their_gap(tmp_path: Path) -> None:
     drive = kitti_raw(tmp_path)
     (drive / "velodyne_points" / "data" / "0000000001.bin").unlink()

@@ -10,6 +10,8 @@ conversion of GPS to metres: the readme and the development kit of the raw data.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -38,7 +40,7 @@ def open_kitti_raw(folder: Path) -> Dataset:
     R_rect = np.eye(4)
     R_rect[:3, :3] = take(cameras, "R_rect_00", 9, folder).reshape(3, 3)
     T_camera0_lidar = _rotation_translation(folder, "calib_velo_to_cam.txt")
-    poses, note = _read_poses(folder)
+    poses, note = _read_poses(folder, [file.stamp_ns for file in (*images, *scans)])
     return Dataset(
         name=folder.name,
         camera=make_camera(size, (P[0, 0], P[1, 1], P[0, 2], P[1, 2])),
@@ -97,17 +99,25 @@ def _rigid(matrix: NDArray[np.float64], where: Path) -> NDArray[np.float64]:
     return T
 
 
-def _read_poses(folder: Path) -> tuple[tuple[DatasetPose, ...], str]:
-    """The Velodyne's poses in its first frame by GPS and IMU, and a note if there are none."""
+def _read_poses(folder: Path, used_ns: Sequence[int]) -> tuple[tuple[DatasetPose, ...], str]:
+    """The Velodyne's poses in its first frame by GPS and IMU while files were taken, and a note if there are none."""
     try:
         T_lidar_imu = _rotation_translation(folder, "calib_imu_to_velo.txt")
-        packets = _stamped(folder / "oxts", ".txt")
+        packets = _spanning(_stamped(folder / "oxts", ".txt"), min(used_ns), max(used_ns))
     except BagError as error:
         return (), f"no ground truth: {error}"
     T_earth_imu = _imu_poses([read_numbers(packet.path) for packet in packets], folder)
     T_first_earth = T_lidar_imu @ inverse(T_earth_imu[0])
     poses = (T_first_earth @ T @ inverse(T_lidar_imu) for T in T_earth_imu)
     return tuple(DatasetPose(file.stamp_ns, T) for file, T in zip(packets, poses, strict=True)), ""
+
+
+def _spanning(files: Sequence[DatasetFile], first_ns: int, last_ns: int) -> Sequence[DatasetFile]:
+    """The files from the last one before the first stamp to the first one after the last, by stamp."""
+    ordered = sorted(files, key=lambda file: file.stamp_ns)
+    stamps_ns = [file.stamp_ns for file in ordered]
+    begin = max(bisect_right(stamps_ns, first_ns) - 1, 0)
+    return ordered[begin : bisect_left(stamps_ns, last_ns) + 1]
 
 
 def _has_position(packet: NDArray[np.float64]) -> bool:
