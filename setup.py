@@ -14,7 +14,8 @@ ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 # The wheels of rclpy are for x86-64 alone; elsewhere the tests of the node are skipped, unless ROS is sourced.
 ROS_WHEELS = [f"{name}; platform_machine == 'x86_64' and sys_platform == 'linux'" for name in ROS]
 OPEN3D = ["open3d>=0.18"]  # also the reference that our FPFH is tested against
-EVALUATION = [*OPEN3D, "small_gicp>=1.0", "evo>=1.28", "kiss-matcher>=1.0; platform_machine == 'x86_64'"]
+EVO = ["evo>=1.28"]  # the reference that our errors of trajectories are tested against, and nothing else
+EVALUATION = [*OPEN3D, "small_gicp>=1.0", "kiss-matcher>=1.0; platform_machine == 'x86_64'"]
 
 
 def shared_files():
@@ -57,7 +58,7 @@ setup(
         "ros": ROS,
         "evaluation": EVALUATION,
         "test": TEST,
-        "dev": [*TEST, *ROS_WHEELS, *EVALUATION, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
+        "dev": [*TEST, *ROS_WHEELS, *EVALUATION, *EVO, "ruff>=0.9", "mypy>=1.14", "types-PyYAML"],
     },
     entry_points={"console_scripts": ["vigg = vigg_ros.cli.main:main", "registrar = vigg_ros.node:main"]},
 )

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
-from vigg_ros.bench.datasets.tum_folder import read_stamped_poses
+from vigg_ros.bags.trajectories import read_stamped_poses
 from vigg_ros.cli.config_arguments import ChosenConfig, add_config_arguments, choose_config
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, add_examples, describe_machine
 from vigg_ros.registration.config import Config

@@ -49,8 +49,13 @@ def _truth(arguments: Namespace, reader: BagReader, choice: TopicChoice) -> Traj
         return true_trajectory(read_truth(Path(arguments.ground_truth)))
     if choice.ground_truth is None:
         raise UsageError(f"{arguments.folder} has no topic with the true poses; give them with --ground-truth FILE")
+    return poses_of_topic(reader, choice.ground_truth.name)
+
+
+def poses_of_topic(reader: BagReader, name: str) -> Trajectory:
+    """The poses on a topic of a bag. A broken one leaves a gap, which is not bridged if it is long."""
     poses = []
-    for item in reader.messages([choice.ground_truth.name]):
-        with suppress(DataError):  # one broken pose leaves a gap, which interpolation does not bridge if it is long
+    for item in reader.messages([name]):
+        with suppress(DataError):
             poses.append(decode_pose(item.message))
     return true_trajectory(poses)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_numbers, rigid, rows
+from vigg_ros.bags.trajectories import START_NS, DatasetPose, read_numbers, rigid, rows, stamp_in
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import make_camera
 from vigg_ros.registration.errors import BagError
@@ -102,10 +102,7 @@ def _rigid_3x4(numbers: NDArray[np.float64]) -> NDArray[np.float64] | None:
 
 def _read_times(path: Path) -> list[int]:
     """Stamps in ns; the benchmark counts from 0."""
-    try:
-        return [START_NS + parse_stamp_ns(words[0]) for _, words in rows(path)]
-    except ValueError as error:
-        raise BagError(f"{path}: {error}") from error
+    return [START_NS + stamp_in(path, words[0]) for _, words in rows(path)]
 
 
 def _read_poses(folder: Path, T_camera0_lidar: NDArray[np.float64]) -> tuple[list[NDArray[np.float64] | None], str]:
