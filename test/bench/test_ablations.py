@@ -7,9 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vigg_ros.bench.ablations import BASES, VARIATIONS, Variation, icp, near_truth, register_varied, with_noise
+from vigg_ros.bench.ablations import BASE_METHODS, VARIATIONS, Variation, icp, near_truth, register_varied, with_noise
 from vigg_ros.bench.catalogue import all_names, expand, find_method
-from vigg_ros.bench.frame_cache import Workshop
+from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.methods import Task
 from vigg_ros.registration import Registration, register
 from vigg_ros.registration.cliques import Hypotheses
@@ -21,7 +21,7 @@ from vigg_ros_testing.pair_samples import CONFIG, room_pair
 from vigg_ros_testing.trajectory_samples import pose
 
 PAIR = room_pair()
-WORKSHOP = Workshop()
+CACHE = FrameCache()
 
 
 OURS = [name for name in all_names() if name.startswith(("default", "whole", "paper"))]
@@ -31,7 +31,7 @@ OF_STREETS = ("zone-0.3", "zone-0.6", "zone-1.2")
 
 @pytest.mark.parametrize("name", [name for name in OURS if not name.endswith(OF_STREETS)])
 def test_each_variation_registers_an_easy_pair(name):
-    answer = find_method(name).answer(Task(PAIR, WORKSHOP, CONFIG))
+    answer = find_method(name).answer(Task(PAIR, CACHE, CONFIG))
     assert answer.T_target_source is not None, answer.reason
     # The walk is 0.3 m here. Without guidance or with 2.5 cm of noise centimetres of the clique's own error are left.
     assert translation_error_m(answer.T_target_source, PAIR.T_target_source) < 0.08
@@ -41,8 +41,8 @@ def test_each_variation_registers_an_easy_pair(name):
 
 @pytest.mark.parametrize("base", ["whole", "paper"])
 def test_with_nothing_exchanged_the_answer_is_that_of_register(base):
-    config = CONFIG.replace(BASES[base][1])
-    features = WORKSHOP.features(PAIR.target, config)[0], WORKSHOP.features(PAIR.source, config)[0]
+    config = CONFIG.replace(BASE_METHODS[base][1])
+    features = CACHE.features(PAIR.target, config)[0], CACHE.features(PAIR.source, config)[0]
     expected = register(*features, config)
     found = register_varied(features, config, Variation("nothing"), PAIR)
     assert isinstance(expected, Registration)

@@ -14,24 +14,24 @@ from vigg_ros.bench import methods
 from vigg_ros.bench.alternatives import BASELINES
 from vigg_ros.bench.catalogue import find_method
 from vigg_ros.bench.clouds import refine_truth
-from vigg_ros.bench.frame_cache import HeldLook, Workshop
-from vigg_ros.bench.pairs import Wanted
+from vigg_ros.bench.frame_cache import FrameCache, LoadedFrame
+from vigg_ros.bench.pairs import FramePair
 from vigg_ros.registration import Config
 from vigg_ros.registration.errors import ConfigError
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 from vigg_ros_testing import street_samples
 from vigg_ros_testing.pair_samples import CONFIG, room_pair
 
-WORKSHOP = Workshop()
+CACHE = FrameCache()
 NEAR = room_pair(0.0, 0.1)
 """6 cm and 6 deg: what methods without features can do."""
 
 
-def run(name, wanted, config=CONFIG):
+def run(name, pair, config=CONFIG):
     method = find_method(name)
     if method.library and importlib.util.find_spec(method.library) is None:
         pytest.skip(f"{method.library} is not installed")
-    return method.answer(methods.Task(wanted, WORKSHOP, config))
+    return method.answer(methods.Task(pair, CACHE, config))
 
 
 @pytest.mark.parametrize(
@@ -69,15 +69,15 @@ def test_the_same_pair_gets_the_same_answer(name):
 
 def test_rgbd_odometry_says_that_scans_have_no_depth_image():
     frame = street_samples.frame_along(0.0)
-    wanted = Wanted("g", HeldLook("a", frame), HeldLook("b", frame), np.eye(4))
-    assert run("rgbd-odometry", wanted, Config.preset("lidar")).reason == "NO_DEPTH_IMAGE"
+    pair = FramePair("g", LoadedFrame("a", frame), LoadedFrame("b", frame), np.eye(4))
+    assert run("rgbd-odometry", pair, Config.preset("lidar")).reason == "NO_DEPTH_IMAGE"
 
 
 def test_a_truth_that_is_off_is_refined_towards_the_depth():
     pytest.importorskip("small_gicp")
     T_off = NEAR.T_target_source.copy()
     T_off[:3, 3] += 0.02
-    refined = refine_truth(dataclasses.replace(NEAR, T_target_source=T_off), WORKSHOP, CONFIG)
+    refined = refine_truth(dataclasses.replace(NEAR, T_target_source=T_off), CACHE, CONFIG)
     # 3.5 cm off before.
     assert translation_error_m(refined.T_target_source, NEAR.T_target_source) < 0.015
     assert refined.name == NEAR.name

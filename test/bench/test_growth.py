@@ -19,7 +19,7 @@ from vigg_ros.registration import Registration, Rejection
 
 @pytest.mark.parametrize("count", [5_000, 20_000])
 def test_a_scan_has_as_many_points_as_it_says(count: int) -> None:
-    points = growth.plain(count)
+    points = growth.rolling_ground(count)
     assert points.shape == (count, 3)
     distance_m = np.linalg.norm(points[:, :2], axis=1)
     assert 3 <= distance_m.min() < distance_m.max() <= 60.01
@@ -34,14 +34,14 @@ def test_right_matches_give_the_motion() -> None:
 
 
 def test_one_size_is_measured_in_a_process_of_its_own() -> None:
-    row = growth.run_apart("visual matches, 30 % right", 50)
+    row = growth.measure_in_new_process("visual matches, 30 % right", 50)
     assert (row.what, row.size) == ("visual matches, 30 % right", 50)
     assert row.milliseconds > 0
     assert 20 < row.peak_mb < 5_000
 
 
-def rows() -> list[growth.Growth]:
-    return [growth.Growth("points", size, 0.01 * size, 100 + 0.001 * size) for size in (10, 100, 1000)]
+def rows() -> list[growth.GrowthSample]:
+    return [growth.GrowthSample("points", size, 0.01 * size, 100 + 0.001 * size) for size in (10, 100, 1000)]
 
 
 def test_the_command_prints_and_draws(

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vigg_ros.bench.pairs import PROTOCOLS, Protocol, choose, pairs_apart, pairs_at, pairs_listed
+from vigg_ros.bench.pairs import PAIR_PROTOCOLS, PairProtocol, choose, pairs_apart, pairs_at, pairs_listed
 from vigg_ros.registration.errors import BagError
 from vigg_ros_testing.pair_samples import along_x
 from vigg_ros_testing.trajectory_samples import pose
@@ -55,8 +55,8 @@ def test_a_list_that_is_none_is_refused(tmp_path, content):
 
 
 def test_the_protocols_are_those_of_the_paper():
-    assert PROTOCOLS["3dmatch"].gaps == PROTOCOLS["scannet"].gaps == (20, 60, 120)
-    assert (PROTOCOLS["kitti"].apart_m, PROTOCOLS["kitti"].refine_truth) == (10.0, True)
+    assert PAIR_PROTOCOLS["3dmatch"].gaps == PAIR_PROTOCOLS["scannet"].gaps == (20, 60, 120)
+    assert (PAIR_PROTOCOLS["kitti"].apart_m, PAIR_PROTOCOLS["kitti"].refine_truth) == (10.0, True)
     frames = along_x(*range(30))
-    assert names(choose(frames, PROTOCOLS["kitti"])) == ["10 m/10/0", "10 m/20/10"]
-    assert names(choose(frames, Protocol(gaps=(20,)))) == ["20/20/0"]
+    assert names(choose(frames, PAIR_PROTOCOLS["kitti"])) == ["10 m/10/0", "10 m/20/10"]
+    assert names(choose(frames, PairProtocol(gaps=(20,)))) == ["20/20/0"]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vigg_ros.bench.rendered_pairs import KINDS, OVERLAPS, rendered_pair, scene_of
-from vigg_ros.bench.view_sampling import Walk
+from vigg_ros.bench.rendered_pairs import OVERLAPS, SCENE_KINDS, rendered_pair, scene_of
+from vigg_ros.bench.view_sampling import HandheldSampler
 from vigg_ros.registration.rigid import transform
 
 SEED = 3
@@ -24,8 +24,8 @@ def pairs():
 
 
 def test_each_kind_comes_in_turn(pairs):
-    assert [pair.group for pair in pairs] == list(KINDS)
-    shares = Counter({name: kind.share for name, kind in KINDS.items()})
+    assert [pair.group for pair in pairs] == list(SCENE_KINDS)
+    shares = Counter({name: kind.share for name, kind in SCENE_KINDS.items()})
     assert shares.total() == 8
 
 
@@ -65,6 +65,6 @@ def test_under_the_truth_as_much_coincides_as_is_said(pairs, number):
 
 
 def test_the_overlap_of_a_view_with_itself_is_nearly_whole():
-    walk = Walk(scene_of("room", 1))
-    place = walk.place(np.random.default_rng(0))
-    assert walk.overlap(place, place) > 0.99
+    sampler = HandheldSampler(scene_of("room", 1))
+    view = sampler.draw(np.random.default_rng(0))
+    assert sampler.overlap(view, view) > 0.99

@@ -9,7 +9,7 @@ import math
 
 import pytest
 
-from vigg_ros.bench.pair_results import INDOOR, OUTDOOR, ResultFile, write_csv
+from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS, ResultFile, write_csv
 from vigg_ros.registration.errors import BagError
 from vigg_ros_testing.pair_samples import result
 
@@ -17,12 +17,12 @@ from vigg_ros_testing.pair_samples import result
 @pytest.mark.parametrize(
     ("limits", "rotation_deg", "translation_m", "right"),
     [
-        (INDOOR, 14.9, 0.29, True),
-        (INDOOR, 15.0, 0.1, False),
-        (INDOOR, 1.0, 0.30, False),
-        (OUTDOOR, 4.9, 0.59, True),
-        (OUTDOOR, 5.0, 0.1, False),
-        (OUTDOOR, 1.0, 0.60, False),
+        (INDOOR_LIMITS, 14.9, 0.29, True),
+        (INDOOR_LIMITS, 15.0, 0.1, False),
+        (INDOOR_LIMITS, 1.0, 0.30, False),
+        (OUTDOOR_LIMITS, 4.9, 0.59, True),
+        (OUTDOOR_LIMITS, 5.0, 0.1, False),
+        (OUTDOOR_LIMITS, 1.0, 0.60, False),
     ],
 )
 def test_right_is_below_both_limits_of_the_paper(limits, rotation_deg, translation_m, right):
@@ -32,8 +32,8 @@ def test_right_is_below_both_limits_of_the_paper(limits, rotation_deg, translati
 
 
 def test_no_answer_is_neither_right_nor_wrong():
-    assert not result().is_right(INDOOR)
-    assert not result().is_wrong(INDOOR)
+    assert not result().is_right(INDOOR_LIMITS)
+    assert not result().is_wrong(INDOOR_LIMITS)
 
 
 def test_what_was_written_is_there_the_next_time(tmp_path):

@@ -11,17 +11,17 @@ import os
 
 import pytest
 
-from vigg_ros.bench.frame_cache import Workshop
+from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.pair_results import ResultFile
-from vigg_ros.bench.pairs import Wanted
-from vigg_ros.bench.runner import Plan, count_open, one_thread_each, run_pair, run_plan
-from vigg_ros_testing.pair_samples import CONFIG, BrokenLook, NamedLook, result, room_pair
+from vigg_ros.bench.pairs import FramePair
+from vigg_ros.bench.runner import EvaluationPlan, count_missing, one_thread_each, run_pair, run_plan
+from vigg_ros_testing.pair_samples import CONFIG, UnloadedFrame, UnreadableFrame, result, room_pair
 from vigg_ros_testing.trajectory_samples import pose
 
 ON_ONE_CORE = {"kiss-matcher": "kiss_matcher", "rgbd-odometry": "open3d"}
 """Methods that repeat themselves there only, and their libraries."""
 
-PLAN = Plan("room", [room_pair(), room_pair(0.0, 0.8)], ["default", "paper:noise-0.01"], CONFIG)
+PLAN = EvaluationPlan("room", [room_pair(), room_pair(0.0, 0.8)], ["default", "paper:noise-0.01"], CONFIG)
 
 
 def run(plan, path, jobs=1):
@@ -46,7 +46,7 @@ def test_two_runs_give_the_same_figures_and_a_third_runs_nothing(tmp_path):
     assert figures(second) == figures(first)
     # Results of other looks would have to be loaded, and these cannot be.
     unloadable = [
-        dataclasses.replace(pair, target=NamedLook(pair.target.name), source=NamedLook(pair.source.name))
+        dataclasses.replace(pair, target=UnloadedFrame(pair.target.name), source=UnloadedFrame(pair.source.name))
         for pair in PLAN.pairs
     ]
     third, steps = run(dataclasses.replace(PLAN, pairs=unloadable), tmp_path / "first.jsonl")
@@ -57,7 +57,7 @@ def test_a_run_is_taken_up_where_it_was_stopped(tmp_path):
     with ResultFile(tmp_path / "pairs.jsonl") as file:
         kept = result(0.5, 0.01, method="default")
         file.add(PLAN.keys()["default", PLAN.pairs[0].name], kept)
-        assert count_open(PLAN, file) == 3
+        assert count_missing(PLAN, file) == 3
     results, steps = run(PLAN, tmp_path / "pairs.jsonl")
     assert (len(results), steps, results[0]) == (4, 3, kept)
 
@@ -86,14 +86,14 @@ def test_results_are_those_of_their_subject_truth_conditions_and_options():
 
 
 def test_a_frame_that_cannot_be_read_costs_its_pair():
-    broken = Wanted("g", room_pair().target, BrokenLook(), pose())
-    (found,) = run_pair(broken, ["default"], PLAN, Workshop())
+    broken = FramePair("g", room_pair().target, UnreadableFrame(), pose())
+    (found,) = run_pair(broken, ["default"], PLAN, FrameCache())
     assert (found.reason, found.rotation_error_deg, found.total_ms) == ("UNREADABLE", math.inf, 0)
 
 
 def test_features_are_made_once_for_all_methods_and_charged_to_each():
-    workshop = Workshop()
-    first, second = run_pair(room_pair(), ["whole", "whole:no-gvca"], PLAN, workshop)
+    cache = FrameCache()
+    first, second = run_pair(room_pair(), ["whole", "whole:no-gvca"], PLAN, cache)
     assert first.timings_ms["extraction"] == second.timings_ms["extraction"] > 0
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.curves import cumulative, draw_curves
-from vigg_ros.bench.pair_results import INDOOR
+from vigg_ros.bench.pair_results import INDOOR_LIMITS
 from vigg_ros.bench.pair_summary import figure, reasons, summarise, summarise_all
 from vigg_ros_testing.pair_samples import result
 
@@ -18,7 +18,7 @@ from vigg_ros_testing.pair_samples import result
 def test_the_figures_of_five_pairs():
     # Two right, one far off, two without an answer.
     rows = [result(1.0, 0.04), result(4.0, 0.08), result(90.0, 2.0), result(), result(reason="LOW_OVERLAP")]
-    summary = summarise(rows, INDOOR)
+    summary = summarise(rows, INDOOR_LIMITS)
     # Of 1, 4, 90, inf, inf the middle is 90.
     assert (summary.rotation_deg, summary.translation_m) == (90.0, 2.0)
     assert (summary.pairs, summary.recall, summary.answered, summary.wrong) == (5, 40.0, 60.0, 1)
@@ -29,7 +29,7 @@ def test_the_figures_of_five_pairs():
 
 @pytest.mark.parametrize("answered", [0, 1, 2])
 def test_a_median_among_failures_is_no_number(answered):
-    summary = summarise([result(1.0, 0.1)] * answered + [result()] * (4 - answered), INDOOR)
+    summary = summarise([result(1.0, 0.1)] * answered + [result()] * (4 - answered), INDOOR_LIMITS)
     assert summary.rotation_deg == math.inf
     assert summary.cells()["RE deg"] == summary.cells()["TE cm"] == "-"
     assert summary.as_dict()["rotation_deg"] is None
@@ -37,20 +37,20 @@ def test_a_median_among_failures_is_no_number(answered):
 
 def test_times_are_those_of_pairs_that_were_measured():
     rows = [result(1, 0.1, timings_ms={"a": 10.0, "b": 1.0}), result(timings_ms={}), result(timings_ms={"a": 30.0})]
-    summary = summarise(rows, INDOOR)
+    summary = summarise(rows, INDOOR_LIMITS)
     # Totals 11 and 30: median 20.5, p95 11 + 0.95 * 19. Stage b: 1 and 0.
     assert summary.ms == pytest.approx(20.5)
     assert summary.ms_p95 == pytest.approx(29.05)
     assert summary.stages_ms == {"a": 20.0, "b": 0.5}
-    assert math.isnan(summarise([result(timings_ms={})], INDOOR).ms)
+    assert math.isnan(summarise([result(timings_ms={})], INDOOR_LIMITS).ms)
 
 
 def test_groups_come_first_and_methods_within_them():
     rows = [result(method=method, group=group) for method in "ab" for group in ("20", "60")]
-    assert [(one.group, one.method) for one in summarise_all(rows, INDOOR)] == [
+    assert [(one.group, one.method) for one in summarise_all(rows, INDOOR_LIMITS)] == [
         ("20", "a"), ("20", "b"), ("60", "a"), ("60", "b"),
     ]  # fmt: skip
-    assert all(one.pairs == 1 for one in summarise_all(rows, INDOOR))
+    assert all(one.pairs == 1 for one in summarise_all(rows, INDOOR_LIMITS))
 
 
 @pytest.mark.parametrize(
@@ -68,6 +68,6 @@ def test_a_curve_counts_the_errors_below():
 def test_curves_are_drawn_the_same_each_time(tmp_path):
     rows = [result(x, 0.01 * x, method=m, group=g) for x in (0.5, 3, 20) for m in "abcdefghijkl" for g in ("20", "60")]
     for name in ("a.png", "b.png"):
-        draw_curves([*rows, result(method="a", group="20")], INDOOR, tmp_path / name)
+        draw_curves([*rows, result(method="a", group="20")], INDOOR_LIMITS, tmp_path / name)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert (tmp_path / "a.png").stat().st_size > 5000

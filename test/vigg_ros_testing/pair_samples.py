@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 
 from vigg_ros.bench.pair_results import PairResult
-from vigg_ros.bench.pairs import Posed, Wanted
+from vigg_ros.bench.pairs import FramePair, PosedFrame
 from vigg_ros.bench.worlds import HandheldLoop, ImageNoise, KinectNoise, render_rgbd, room
 from vigg_ros.registration import Camera, Config, Frame
 from vigg_ros.registration.errors import BagError
@@ -23,7 +23,7 @@ CONFIG = Config()
 
 
 @dataclass(frozen=True)
-class RoomLook:
+class RoomView:
     """A noisy view of a rendered room at a time of a walk."""
 
     time_s: float
@@ -37,7 +37,7 @@ class RoomLook:
 
 
 @dataclass(frozen=True)
-class BrokenLook:
+class UnreadableFrame:
     """A frame whose file cannot be read."""
 
     name: str = "broken"
@@ -47,7 +47,7 @@ class BrokenLook:
 
 
 @dataclass(frozen=True)
-class NamedLook:
+class UnloadedFrame:
     """A frame that nobody loads."""
 
     name: str
@@ -64,11 +64,11 @@ def _room_frame(time_s: float) -> Frame:
     return Frame.from_depth(ImageNoise().apply(image, rng), KinectNoise().apply(depth_m, CAMERA, rng), CAMERA)
 
 
-def room_pair(target_s: float = 0.0, source_s: float = 0.4) -> Wanted:
+def room_pair(target_s: float = 0.0, source_s: float = 0.4) -> FramePair:
     """A pair of the walk with its exact motion."""
     T_world_target, T_world_source = (HandheldLoop().T_world_camera(time_s) for time_s in (target_s, source_s))
     T_target_source = inverse(T_world_target) @ T_world_source
-    return Wanted("room", RoomLook(target_s), RoomLook(source_s), T_target_source, 0.8)
+    return FramePair("room", RoomView(target_s), RoomView(source_s), T_target_source, 0.8)
 
 
 def result(rotation_deg=math.inf, translation_m=math.inf, *, method="m", group="g", reason=None, **more) -> PairResult:
@@ -82,6 +82,6 @@ def result(rotation_deg=math.inf, translation_m=math.inf, *, method="m", group="
     )  # fmt: skip
 
 
-def along_x(*places_m: float | None) -> list[Posed]:
+def along_x(*places_m: float | None) -> list[PosedFrame]:
     """Frames at these places along x; None has no pose."""
-    return [Posed(i, NamedLook(str(i)), None if x is None else pose(x)) for i, x in enumerate(places_m)]
+    return [PosedFrame(i, UnloadedFrame(str(i)), None if x is None else pose(x)) for i, x in enumerate(places_m)]

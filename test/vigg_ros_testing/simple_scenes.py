@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from vigg_ros.bench.worlds import Light, Scene
-from vigg_ros.bench.worlds.surfaces import Surface
+from vigg_ros.bench.worlds.surfaces import TexturedSurface
 from vigg_ros.bench.worlds.texture import Texture
 
 
@@ -15,6 +15,6 @@ def plain_texture(grey: int = 128) -> Texture:
     return Texture.of(np.full((16, 16, 3), grey, dtype=np.uint8), texel_m=1.0)
 
 
-def scene_of(*surfaces: Surface) -> Scene:
+def scene_of(*surfaces: TexturedSurface) -> Scene:
     """No side of a surface is darker than another: it shows the colours of its texture."""
     return Scene(surfaces, Light((0.0, 0.0, 1e9), ambient=1.0))

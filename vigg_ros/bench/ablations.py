@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 from vigg_ros.acceptance.agreement import Candidate, Pair, assess
 from vigg_ros.acceptance.checks import contenders, find_lack, judge
 from vigg_ros.bench.frame_cache import timed_stages
-from vigg_ros.bench.methods import Answer, Method, Task
-from vigg_ros.bench.pairs import Wanted
+from vigg_ros.bench.methods import Method, MethodAnswer, Task
+from vigg_ros.bench.pairs import FramePair
 from vigg_ros.registration import Config, Outcome, Reason, Registration, Rejection, register
 from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import PAPER
@@ -31,10 +31,10 @@ from vigg_ros.registration.vigg import align_by_all, follow, polish
 from vigg_ros.registration.visual import match_visual
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 
-TRUE_DEG, TRUE_THRESHOLDS = 15.0, 3.0
+TRUE_CLIQUE_DEG, TRUE_CLIQUE_THRESHOLDS = 15.0, 3.0
 """Within this angle, and so many inlier thresholds, a clique counts as unambiguous: the recall's limits indoors."""
 
-ICP_ROUNDS = 30
+MAX_ICP_ROUNDS = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,55 +86,55 @@ VARIATIONS = {
 }
 """The paper's ablations, by name."""
 
-FULL = Variation("nothing changed")
+NO_VARIATION = Variation("nothing changed")
 
-DEFAULT = "default"
+DEFAULT_METHOD = "default"
 """The configuration as given. It has no variations: where images leave no doubt they would change nothing."""
 
-BASES: dict[str, tuple[str, Mapping[str, Any]]] = {
+BASE_METHODS: dict[str, tuple[str, Mapping[str, Any]]] = {
     "whole": ("the whole method on every pair, whether the images leave doubt or not", {"geometric.always": True}),
     "paper": ("the paper's method as published", PAPER),
 }
 
 
 def ablation(base: str, name: str) -> Method:
-    """The method ``base`` or ``base:name``, or DEFAULT; KeyError for others."""
-    if base == DEFAULT and not name:
-        return Method(DEFAULT, "the configuration as given", _Answerer({}, FULL))
-    described, options = BASES[base]
-    variation = VARIATIONS[name] if name else FULL
+    """The method ``base`` or ``base:name``, or DEFAULT_METHOD; KeyError for others."""
+    if base == DEFAULT_METHOD and not name:
+        return Method(DEFAULT_METHOD, "the configuration as given", _VariedMethod({}, NO_VARIATION))
+    described, options = BASE_METHODS[base]
+    variation = VARIATIONS[name] if name else NO_VARIATION
     what = f"{described}: {variation.what}" if name else described
-    return Method(f"{base}:{name}" if name else base, what, _Answerer(options, variation))
+    return Method(f"{base}:{name}" if name else base, what, _VariedMethod(options, variation))
 
 
 @dataclass(frozen=True, slots=True)
-class _Answerer:
+class _VariedMethod:
     """Registers as the base does, with the variation."""
 
     base: Mapping[str, Any]
     variation: Variation
 
-    def __call__(self, task: Task) -> Answer:
+    def __call__(self, task: Task) -> MethodAnswer:
         config = task.config.replace(self.base).replace(self.variation.options)
-        wanted, workshop = task.wanted, task.workshop
+        frame_pair, cache = task.pair, task.cache
         within_view = self.variation.within_view
-        target, target_ms = workshop.features(wanted.target, config, within_view=within_view)
-        source, source_ms = workshop.features(wanted.source, config, within_view=within_view)
+        target, target_ms = cache.features(frame_pair.target, config, within_view=within_view)
+        source, source_ms = cache.features(frame_pair.source, config, within_view=within_view)
 
         def work() -> Outcome:
             if self.variation.exchanges_stages:
-                return register_varied((target, source), config, self.variation, wanted)
+                return register_varied((target, source), config, self.variation, frame_pair)
             return register(target, source, config)
 
         outcome, timings_ms = timed_stages(work)
         timings = {"extraction": target_ms + source_ms, **timings_ms}
         if isinstance(outcome, Registration):
-            return Answer(outcome.T_target_source, "", timings)
-        return Answer(None, outcome.reason.value, timings)
+            return MethodAnswer(outcome.T_target_source, "", timings)
+        return MethodAnswer(None, outcome.reason.value, timings)
 
 
 def register_varied(
-    features: tuple[Features, Features], config: Config, variation: Variation, wanted: Wanted
+    features: tuple[Features, Features], config: Config, variation: Variation, frame_pair: FramePair
 ) -> Outcome:
     """The whole of ``register`` on the features of target and source, with stages exchanged."""
     target, source = features
@@ -143,19 +143,19 @@ def register_varied(
     if lack:
         return Rejection(*lack, evidence)
     visual = match_visual(target.fine_keypoints, source.fine_keypoints, config.visual)
-    visual = with_noise(visual, variation.noise_m, seed=_seed(wanted, config))
+    visual = with_noise(visual, variation.noise_m, seed=_seed(frame_pair, config))
     geometric = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)
     pair = Pair(target, source, visual, geometric, config, in_full=True)
     if variation.only_true_cliques or variation.guide != "vgm":
-        return _align_varied(pair, variation, wanted)
+        return _align_varied(pair, variation, frame_pair)
     return align_by_all(pair, evidence)
 
 
-def _align_varied(pair: Pair, variation: Variation, wanted: Wanted) -> Outcome:
+def _align_varied(pair: Pair, variation: Variation, frame_pair: FramePair) -> Outcome:
     """``align_by_all`` with hypotheses filtered by the truth, or with another step behind the choice of a clique."""
     hypotheses = propose(pair.visual, pair.geometric, pair.config.cliques)
     if variation.only_true_cliques:
-        hypotheses = near_truth(hypotheses, wanted.T_target_source, pair.config.cliques.inlier_threshold_m)
+        hypotheses = near_truth(hypotheses, frame_pair.T_target_source, pair.config.cliques.inlier_threshold_m)
     if variation.guide == "vgm":
         candidates = follow(pair, hypotheses)
     else:
@@ -189,7 +189,8 @@ def near_truth(hypotheses: Hypotheses, T_true: NDArray[np.float64], threshold_m:
     rows = [
         i
         for i, T in enumerate(hypotheses.T_target_source)
-        if rotation_error_deg(T, T_true) < TRUE_DEG and translation_error_m(T, T_true) < TRUE_THRESHOLDS * threshold_m
+        if rotation_error_deg(T, T_true) < TRUE_CLIQUE_DEG
+        and translation_error_m(T, T_true) < TRUE_CLIQUE_THRESHOLDS * threshold_m
     ]
     return Hypotheses(hypotheses.T_target_source[rows], hypotheses.score[rows])
 
@@ -201,7 +202,7 @@ def icp(
     """Point-to-point ICP of (N, 3) onto (M, 3): nearest points within the threshold, until they stay the same."""
     tree = cKDTree(target)
     before = np.empty(0, np.int64)
-    for _ in range(ICP_ROUNDS):
+    for _ in range(MAX_ICP_ROUNDS):
         distance, nearest = tree.query(transform(T_target_source, source), distance_upper_bound=threshold_m)
         if np.array_equal(nearest, before):
             break
@@ -213,6 +214,6 @@ def icp(
     return T_target_source
 
 
-def _seed(wanted: Wanted, config: Config) -> int:
+def _seed(frame_pair: FramePair, config: Config) -> int:
     """The same for the same pair, whatever else is run."""
-    return config.seed + sum((i + 1) * ord(c) for i, c in enumerate(wanted.name))
+    return config.seed + sum((i + 1) * ord(c) for i, c in enumerate(frame_pair.name))

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bench.frame_cache import Workshop, timed
-from vigg_ros.bench.methods import Answer, Task
-from vigg_ros.bench.pairs import Wanted
+from vigg_ros.bench.frame_cache import FrameCache, timed
+from vigg_ros.bench.methods import MethodAnswer, Task
+from vigg_ros.bench.pairs import FramePair
 from vigg_ros.registration import Config, Frame
 from vigg_ros.registration.geometric import rows_in_range
 
@@ -25,7 +25,7 @@ def points_in_range(frame: Frame, config: Config) -> NDArray[np.float64]:
     return points[rows_in_range(points, config.geometric)].astype(np.float64)
 
 
-def gicp(wanted: Wanted, workshop: Workshop, config: Config, T_start: NDArray[np.float64]) -> Answer:
+def gicp(pair: FramePair, cache: FrameCache, config: Config, T_start: NDArray[np.float64]) -> MethodAnswer:
     """GICP from a first guess, on one thread. It always answers."""
     import small_gicp
 
@@ -38,8 +38,8 @@ def gicp(wanted: Wanted, workshop: Workshop, config: Config, T_start: NDArray[np
         return prepared
 
     key = "gicp", config.geometric
-    (target, tree), target_ms = workshop.made(wanted.target, key, prepare)
-    (source, _), source_ms = workshop.made(wanted.source, key, prepare)
+    (target, tree), target_ms = cache.derived(pair.target, key, prepare)
+    (source, _), source_ms = cache.derived(pair.source, key, prepare)
 
     def align() -> small_gicp.RegistrationResult:
         return small_gicp.align(
@@ -55,21 +55,21 @@ def gicp(wanted: Wanted, workshop: Workshop, config: Config, T_start: NDArray[np
 
     result, align_ms = timed(align)
     timings_ms = {"clouds": target_ms + source_ms, "alignment": align_ms}
-    return Answer(np.asarray(result.T_target_source), "", timings_ms)
+    return MethodAnswer(np.asarray(result.T_target_source), "", timings_ms)
 
 
-def gicp_from_rest(task: Task) -> Answer:
+def gicp_from_rest(task: Task) -> MethodAnswer:
     """GICP from no motion."""
-    return gicp(task.wanted, task.workshop, task.config, np.eye(4))
+    return gicp(task.pair, task.cache, task.config, np.eye(4))
 
 
-def floor(task: Task) -> Answer:
+def floor(task: Task) -> MethodAnswer:
     """GICP from the true motion: how far the truth is from what the depth itself says."""
-    return gicp(task.wanted, task.workshop, task.config, task.wanted.T_target_source)
+    return gicp(task.pair, task.cache, task.config, task.pair.T_target_source)
 
 
-def refine_truth(wanted: Wanted, workshop: Workshop, config: Config) -> Wanted:
+def refine_truth(pair: FramePair, cache: FrameCache, config: Config) -> FramePair:
     """The pair with its true motion refined by GICP, as is usual for KITTI."""
-    refined = gicp(wanted, workshop, config, wanted.T_target_source)
+    refined = gicp(pair, cache, config, pair.T_target_source)
     assert refined.T_target_source is not None, "GICP always answers"
-    return replace(wanted, T_target_source=refined.T_target_source)
+    return replace(pair, T_target_source=refined.T_target_source)

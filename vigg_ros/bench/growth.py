@@ -23,52 +23,52 @@ from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.vigg import register
 
-POINTS = (5_000, 20_000, 50_000, 100_000, 200_000, 500_000)
-MATCHES = (50, 150, 300, 500, 1_000, 2_000)
-REPEATS = 3
+POINT_COUNTS = (5_000, 20_000, 50_000, 100_000, 200_000, 500_000)
+MATCH_COUNTS = (50, 150, 300, 500, 1_000, 2_000)
+GROWTH_REPEATS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Growth:
+class GrowthSample:
     """What one size took."""
 
     what: str
     size: int
     milliseconds: float
-    """The least of REPEATS: the others had to share the machine."""
+    """The least of GROWTH_REPEATS: the others had to share the machine."""
     peak_mb: float
     """Of the whole process, which did nothing else."""
 
 
-def measure() -> Iterator[Growth]:
+def measure() -> Iterator[GrowthSample]:
     """Every input at every size, each in a process of its own."""
-    for what, sizes in SIZES.items():
+    for what, sizes in INPUT_SIZES.items():
         for size in sizes:
-            yield run_apart(what, size)
+            yield measure_in_new_process(what, size)
 
 
-def run_apart(what: str, size: int) -> Growth:
+def measure_in_new_process(what: str, size: int) -> GrowthSample:
     """One input at one size, in a new process, so that its peak of memory is its own."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as pool:
         return pool.submit(measure_one, what, size).result()
 
 
-def measure_one(what: str, size: int) -> Growth:
+def measure_one(what: str, size: int) -> GrowthSample:
     """One input at one size, in this process."""
-    prepare = INPUTS[what]
-    prepare(min(SIZES[what]))()  # compiles or loads
+    prepare = INPUT_KINDS[what]
+    prepare(min(INPUT_SIZES[what]))()  # compiles or loads
     work = prepare(size)
     durations = []
-    for _ in range(REPEATS):
+    for _ in range(GROWTH_REPEATS):
         start = time.perf_counter()
         work()
         durations.append(time.perf_counter() - start)
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return Growth(what, size, 1e3 * min(durations), peak_mb)
+    return GrowthSample(what, size, 1e3 * min(durations), peak_mb)
 
 
-def plain(count: int, seed: int = 0) -> NDArray[np.float32]:
+def rolling_ground(count: int, seed: int = 0) -> NDArray[np.float32]:
     """Points (N, 3) on rolling ground around a scanner at 1.8 m, as dense near it as a scan is."""
     rng = np.random.default_rng(seed)
     angle, distance_m = rng.uniform(-np.pi, np.pi, count), 3 * 20 ** rng.uniform(0, 1, count)
@@ -83,7 +83,7 @@ def registration_of(count: int) -> Callable[[], object]:
     camera = Camera(width_px=640, height_px=240, fx_px=400.0, fy_px=400.0, cx_px=319.5, cy_px=119.5)
     T_camera_points = np.array(((0, -1, 0, 0), (0, 0, -1, 0), (1, 0, 0, 0), (0, 0, 0, 1)), np.float64)
     image = np.random.default_rng(0).integers(0, 256, (240, 640), np.uint8)
-    frames = [Frame.from_points(image, plain(count, seed), camera, T_camera_points) for seed in (0, 1)]
+    frames = [Frame.from_points(image, rolling_ground(count, seed), camera, T_camera_points) for seed in (0, 1)]
     target = extract(frames[0], config)
     return lambda: register(target, extract(frames[1], config), config)
 
@@ -107,9 +107,9 @@ def complete_graph_of(count: int) -> Callable[[], object]:
     return cliques_of(count, right=1.0)
 
 
-INPUTS: dict[str, Callable[[int], Callable[[], object]]] = {
+INPUT_KINDS: dict[str, Callable[[int], Callable[[], object]]] = {
     "points of a scan": registration_of,
     "visual matches, 30 % right": cliques_of,
     "visual matches, all compatible": complete_graph_of,
 }
-SIZES = dict(zip(INPUTS, (POINTS, MATCHES, MATCHES), strict=True))
+INPUT_SIZES = dict(zip(INPUT_KINDS, (POINT_COUNTS, MATCH_COUNTS, MATCH_COUNTS), strict=True))

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a method is, to be compared with others on the same pairs; and all of them by name."""
+"""What a method is, to be compared with others on the same pairs."""
 
 from __future__ import annotations
 
 import difflib
 import hashlib
+import importlib
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,9 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import vigg_ros
-from vigg_ros.bench.frame_cache import Workshop
-from vigg_ros.bench.pairs import Wanted
+from vigg_ros.bench.frame_cache import FrameCache
+from vigg_ros.bench.pairs import FramePair
 from vigg_ros.registration import Config
 from vigg_ros.registration.errors import ConfigError
 
@@ -27,14 +27,14 @@ from vigg_ros.registration.errors import ConfigError
 class Task:
     """One pair for one method."""
 
-    wanted: Wanted
+    pair: FramePair
     """The true motion in it is for the floor and for ablations that say so."""
-    workshop: Workshop
+    cache: FrameCache
     config: Config
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class MethodAnswer:
     """A motion, or the reason why there is none."""
 
     T_target_source: NDArray[np.float64] | None
@@ -50,11 +50,11 @@ class Method:
     name: str
     what: str
     """One line for the list."""
-    answer: Callable[[Task], Answer]
+    answer: Callable[[Task], MethodAnswer]
     library: str = ""
     """The module it needs beyond those of the package."""
-    sources: tuple[str, ...] = ("registration", "evaluation/ablations.py")
-    """The files of the package it is made of, and folders of them."""
+    sources: tuple[str, ...] = ("vigg_ros.registration", "vigg_ros.acceptance", "vigg_ros.bench.ablations")
+    """The modules and packages that its answers depend on."""
 
     def fingerprint(self, config: Config) -> str:
         """Changes when the answers may: with the code, the configuration, or the library's version."""
@@ -95,11 +95,10 @@ def _version(library: str) -> str:
 
 @cache
 def _code(sources: tuple[str, ...]) -> str:
-    """A digest of the files of the package with these names, and of all in the folders among them."""
-    root = Path(vigg_ros.__file__).parent
-    files = [root / name for name in sources if name.endswith(".py")]
-    files += [path for name in sources if not name.endswith(".py") for path in (root / name).rglob("*.py")]
+    """A digest of the files of these modules, and of all in the packages among them."""
     digest = hashlib.sha256()
-    for path in sorted(files):
-        digest.update(path.read_bytes())
+    for source in sources:
+        path = Path(str(importlib.import_module(source).__file__))
+        for file in sorted(path.parent.rglob("*.py")) if path.name == "__init__.py" else [path]:
+            digest.update(file.read_bytes())
     return digest.hexdigest()

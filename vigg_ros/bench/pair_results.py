@@ -15,7 +15,7 @@ from typing import IO, Any
 
 from vigg_ros.registration.errors import BagError
 
-FILE = "pairs.jsonl"
+RESULTS_FILE = "pairs.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +28,8 @@ class Limits:
     recall_m: float
 
 
-INDOOR = Limits((2.0, 5.0, 10.0), (0.05, 0.10, 0.25), 15.0, 0.30)
-OUTDOOR = Limits((0.25, 0.5, 1.0), (0.075, 0.15, 0.30), 5.0, 0.60)
+INDOOR_LIMITS = Limits((2.0, 5.0, 10.0), (0.05, 0.10, 0.25), 15.0, 0.30)
+OUTDOOR_LIMITS = Limits((0.25, 0.5, 1.0), (0.075, 0.15, 0.30), 5.0, 0.60)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class PairResult:
 
     method: str
     group: str
-    """The gap in frames, or the kind of place."""
+    """The gap in frames, or the kind of scene."""
     target: str
     source: str
     reason: str

@@ -99,7 +99,7 @@ def summarise_all(results: Iterable[PairResult], limits: Limits) -> list[Summary
     for result in results:
         parts[result.group, result.method].append(result)
     groups = list(dict.fromkeys(group for group, _ in parts))
-    return [summarise(rows, limits) for wanted in groups for (group, _), rows in parts.items() if group == wanted]
+    return [summarise(rows, limits) for group in groups for (of_group, _), rows in parts.items() if of_group == group]
 
 
 def reasons(results: Iterable[PairResult]) -> dict[str, Counter[str]]:

@@ -52,7 +52,8 @@ def compare_trajectories(
 
     Raises DataError when too few poses can be compared: MIN_COMPARED, and one more than RPE spans.
     """
-    rows = np.array(mutual_nearest(estimate.stamps_ns, reference.stamps_ns, round(slop_s * SECOND_NS)))
+    stamps_ns = estimate.stamps_ns.tolist(), reference.stamps_ns.tolist()
+    rows = np.array(mutual_nearest(*stamps_ns, round(slop_s * SECOND_NS)), np.int64).reshape(-1, 2)
     at_least = max(MIN_COMPARED, delta_frames + 1)
     if len(rows) < at_least:
         raise DataError(

@@ -14,8 +14,8 @@ import numpy as np
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
 from vigg_ros.bench.commands.benchmark import read_frames
-from vigg_ros.bench.frame_cache import HeldLook
-from vigg_ros.bench.pairs import Posed
+from vigg_ros.bench.frame_cache import LoadedFrame
+from vigg_ros.bench.pairs import PosedFrame
 from vigg_ros.cli.console import UsageError
 from vigg_ros.cli.replay import find_extrinsics, read_truth, requested_topics
 from vigg_ros.registration import Config
@@ -25,7 +25,7 @@ from vigg_ros.report.trajectory import Trajectory, interpolate
 from vigg_ros.sensors.stamped_pose import decode_pose
 
 
-def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callable[[int], bool]) -> list[Posed]:
+def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callable[[int], bool]) -> list[PosedFrame]:
     """Those frames, by their place in the bag, that are wanted; they are held in memory.
 
     Scans are taken as recorded: what their sensor's motion distorts stays so. Raises UsageError without a truth.
@@ -39,7 +39,7 @@ def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callabl
     found, known = interpolate(truth, np.array([frame.stamp_ns for _, frame in held], np.int64))
     poses = iter(found.T_world_sensor)
     return [
-        Posed(number, HeldLook(str(number), frame), next(poses) if is_known else None)
+        PosedFrame(number, LoadedFrame(str(number), frame), next(poses) if is_known else None)
         for (number, frame), is_known in zip(held, known, strict=True)
     ]
 

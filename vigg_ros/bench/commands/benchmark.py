@@ -22,7 +22,7 @@ import numpy as np
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
-from vigg_ros.bench.growth import REPEATS, SIZES, measure
+from vigg_ros.bench.growth import GROWTH_REPEATS, INPUT_SIZES, measure
 from vigg_ros.bench.growth_plot import draw_growth
 from vigg_ros.cli.config_arguments import add_config_arguments, choose_config
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
@@ -37,13 +37,13 @@ from vigg_ros.tracking.assembly import Assembled, FrameAssembler, SyncedFrame
 from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.registrar import Registrar
 
-WARM_UP = 3
+WARM_UP_FRAMES = 3
 """Frames not counted: they compile, load and fill caches."""
 
-HOTTEST = 15
+MAX_PROFILED = 15
 """Functions that a profile names."""
 
-MESSAGES = 20
+DECODED_MESSAGES = 20
 """Messages of each topic that are decoded."""
 
 Times = dict[str, list[float]]
@@ -74,21 +74,25 @@ def run(arguments: Namespace) -> ExitCode:
         config = chosen.config
         extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
         decoding = time_decoding(reader, choice, config)
-        frames = list(islice(read_frames(reader, choice, config, extrinsics), arguments.frames + WARM_UP))
-    if len(frames) <= WARM_UP:
-        raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP}")
+        frames = list(islice(read_frames(reader, choice, config, extrinsics), arguments.frames + WARM_UP_FRAMES))
+    if len(frames) <= WARM_UP_FRAMES:
+        raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP_FRAMES}")
     profile = cProfile.Profile() if arguments.profile else None
     stages, sift_ms = time_frames(frames, config, profile)
     machine = describe_machine()
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     for note in chosen.notes:
         print(f"note: {note}", file=sys.stderr)
-    print(f"{len(frames) - WARM_UP} frames; configuration {chosen.source}")
+    print(f"{len(frames) - WARM_UP_FRAMES} frames; configuration {chosen.source}")
     print(f"{machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
     print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
     if profile is not None:
         print()
-        print(table([("function", "calls per frame", "own ms per frame"), *_hottest(profile, len(frames) - WARM_UP)]))
+        print(
+            table(
+                [("function", "calls per frame", "own ms per frame"), *_hottest(profile, len(frames) - WARM_UP_FRAMES)]
+            )
+        )
     print()
     print(table([("decoding", "median ms", "p95 ms"), *(row[:3] for row in _rows(decoding, 1.0))]))
     return ExitCode.OK
@@ -111,13 +115,15 @@ def run_growth(plot: str | None) -> ExitCode:
     """Print the table of time and memory over the size of the input, and draw it."""
     if plot is not None and Path(plot).exists():
         raise UsageError(f"{plot} exists; give a new file")
-    with Progress("sizes", sum(map(len, SIZES.values()))) as progress:
+    with Progress("sizes", sum(map(len, INPUT_SIZES.values()))) as progress:
         rows = []
         for row in measure():
             rows.append(row)
             progress.step()
     machine = describe_machine()
-    print(f"{machine['cores']} cores of {machine['processor']}; the least of {REPEATS} runs, each in a new process")
+    print(
+        f"{machine['cores']} cores of {machine['processor']}; the least of {GROWTH_REPEATS} runs, each in a new process"
+    )
     lines = ((row.what, str(row.size), f"{row.milliseconds:.1f}", f"{row.peak_mb:.0f}") for row in rows)
     print(table([("input", "size", "ms", "peak MB"), *lines]))
     if plot is not None:
@@ -140,11 +146,11 @@ def time_frames(
             grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
             alone_ms = _milliseconds(partial(cv2.SIFT_create().detectAndCompute, grey, None))
             start = time.perf_counter()
-            with profile if profile is not None and number >= WARM_UP else nullcontext():
+            with profile if profile is not None and number >= WARM_UP_FRAMES else nullcontext():
                 estimate = registrar.step(frame)
             total_ms = 1e3 * (time.perf_counter() - start)
             progress.step()
-            if number >= WARM_UP:
+            if number >= WARM_UP_FRAMES:
                 sift_ms.append(alone_ms)
                 for stage, ms in (*estimate.timings_ms.items(), ("whole step", total_ms), ("SIFT alone", alone_ms)):
                     stages[stage].append(ms)
@@ -156,7 +162,7 @@ def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Tim
     decoder = InputDecoder(config.input, choice.image.name)
     times: Times = defaultdict(list)
     for topic, role in message_roles(choice).items():
-        for item in islice(reader.messages([topic], order="log"), MESSAGES):
+        for item in islice(reader.messages([topic], order="log"), DECODED_MESSAGES):
             with suppress(DataError):
                 times[f"{topic} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
     return times
@@ -171,7 +177,7 @@ def _milliseconds(work: Callable[[], Any]) -> float:
 def _hottest(profile: cProfile.Profile, frames: int) -> list[tuple[str, str, str]]:
     """The functions with the most time of their own: name and place, calls and milliseconds per frame."""
     rows = []
-    for entry in sorted(profile.getstats(), key=lambda entry: -entry.inlinetime)[:HOTTEST]:
+    for entry in sorted(profile.getstats(), key=lambda entry: -entry.inlinetime)[:MAX_PROFILED]:
         code = entry.code
         # Whole kernels show as their wrappers here; what is inside was compiled.
         place = "" if isinstance(code, str) else f" ({Path(code.co_filename).name}:{code.co_firstlineno})"

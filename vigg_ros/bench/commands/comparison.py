@@ -14,15 +14,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from vigg_ros.bench.catalogue import SETS, expand
+from vigg_ros.bench.catalogue import METHOD_SETS, expand
 from vigg_ros.bench.methods import require
-from vigg_ros.bench.pair_results import FILE, Limits, PairResult, ResultFile, write_csv
+from vigg_ros.bench.pair_results import RESULTS_FILE, Limits, PairResult, ResultFile, write_csv
 from vigg_ros.bench.pair_summary import Summary, figure, reasons, summarise_all
-from vigg_ros.bench.runner import Plan, count_open, run_plan
+from vigg_ros.bench.runner import EvaluationPlan, count_missing, run_plan
 from vigg_ros.cli.config_arguments import add_config_arguments
 from vigg_ros.cli.console import Progress, UsageError, describe_machine, positive_int, table
 
-MAX_WRONG = 20
+MAX_WRONG_LISTED = 20
 """Wrong answers listed on the screen; the .csv has all."""
 
 MAX_CURVES = 12
@@ -36,7 +36,7 @@ def add_comparison_arguments(parser: ArgumentParser, *, presets: bool = True) ->
         nargs="+",
         default=["default"],
         metavar="NAME",
-        help=f"what to compare (default: the configuration as given); sets: {', '.join(SETS)}; all: "
+        help=f"what to compare (default: the configuration as given); sets: {', '.join(METHOD_SETS)}; all: "
         "`vigg evaluate methods`",
     )
     parser.add_argument(
@@ -57,11 +57,14 @@ def method_names(arguments: Namespace, *, outdoor: bool) -> list[str]:
     return [method.name for method in methods]
 
 
-def compare(plans: Sequence[tuple[Plan, Limits]], arguments: Namespace) -> list[list[PairResult]]:
+def compare(plans: Sequence[tuple[EvaluationPlan, Limits]], arguments: Namespace) -> list[list[PairResult]]:
     """Run the plans, with progress and time left; in the output folder what is there already is not run again."""
-    with TemporaryDirectory() as scratch, ResultFile((output_folder(arguments) or Path(scratch)) / FILE) as file:
-        open_results = sum(count_open(plan, file) for plan, _ in plans)
-        with Progress("results", open_results) as progress:
+    with (
+        TemporaryDirectory() as scratch,
+        ResultFile((output_folder(arguments) or Path(scratch)) / RESULTS_FILE) as file,
+    ):
+        missing = sum(count_missing(plan, file) for plan, _ in plans)
+        with Progress("results", missing) as progress:
             return [run_plan(plan, file, jobs=arguments.jobs, step=progress.step) for plan, _ in plans]
 
 
@@ -107,13 +110,13 @@ def _print_wrong(results: Sequence[PairResult], limits: Limits) -> None:
     """The wrong answers of the first method, the worst first."""
     wrong = [result for result in results if result.method == results[0].method and result.is_wrong(limits)]
     wrong.sort(key=lambda result: -result.translation_error_m)
-    for result in wrong[:MAX_WRONG]:
+    for result in wrong[:MAX_WRONG_LISTED]:
         print(
             f"wrong, {result.method}: {result.group}, target {result.target}, source {result.source}: "
             f"{figure(result.rotation_error_deg)} deg, {figure(result.translation_error_m)} m"
         )
-    if len(wrong) > MAX_WRONG:
-        print(f"and {len(wrong) - MAX_WRONG} more")
+    if len(wrong) > MAX_WRONG_LISTED:
+        print(f"and {len(wrong) - MAX_WRONG_LISTED} more")
 
 
 def _print_stages(results: Sequence[PairResult], limits: Limits) -> None:

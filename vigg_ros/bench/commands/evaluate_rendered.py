@@ -17,15 +17,14 @@ from vigg_ros.bench.commands.comparison import (
     print_machine,
     report,
 )
-from vigg_ros.bench.pair_results import INDOOR, OUTDOOR, PairResult
-from vigg_ros.bench.pairs import Wanted
-from vigg_ros.bench.rendered_pairs import OUTDOOR as STREET
-from vigg_ros.bench.rendered_pairs import OVERLAPS, rendered_pairs
-from vigg_ros.bench.runner import Plan
+from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS, PairResult
+from vigg_ros.bench.pairs import FramePair
+from vigg_ros.bench.rendered_pairs import OVERLAPS, STREET, rendered_pairs
+from vigg_ros.bench.runner import EvaluationPlan
 from vigg_ros.cli.config_arguments import load_config
 from vigg_ros.cli.console import ExitCode, Progress, add_examples, positive_int
 
-SUBJECTS = {"rooms": ("rgbd", INDOOR), "streets": ("lidar", OUTDOOR)}
+SCENE_GROUPS = {"rooms": ("rgbd", INDOOR_LIMITS), "streets": ("lidar", OUTDOOR_LIMITS)}
 """What is seen with a depth camera and what with a LiDAR: preset and limits."""
 
 
@@ -44,17 +43,21 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> ExitCode:
     """Render and register; a table for rooms and one for streets, by kind and by overlap."""
     config_of = {
-        subject: load_config(Namespace(config=preset, set=arguments.set)) for subject, (preset, _) in SUBJECTS.items()
+        subject: load_config(Namespace(config=preset, set=arguments.set))
+        for subject, (preset, _) in SCENE_GROUPS.items()
     }
-    methods = {subject: method_names(arguments, outdoor=subject == "streets") for subject in SUBJECTS}
+    methods = {subject: method_names(arguments, outdoor=subject == "streets") for subject in SCENE_GROUPS}
     pairs = draw(arguments.pairs, arguments.seed)
     plans = [
-        (Plan(f"rendered {arguments.seed}", pairs[subject], methods[subject], config_of[subject]), SUBJECTS[subject][1])
-        for subject in SUBJECTS
+        (
+            EvaluationPlan(f"rendered {arguments.seed}", pairs[subject], methods[subject], config_of[subject]),
+            SCENE_GROUPS[subject][1],
+        )
+        for subject in SCENE_GROUPS
         if pairs[subject]
     ]
     folder = output_folder(arguments)
-    subjects = [subject for subject in SUBJECTS if pairs[subject]]
+    subjects = [subject for subject in SCENE_GROUPS if pairs[subject]]
     for subject, (_, limits), results in zip(subjects, plans, compare(plans, arguments), strict=True):
         report(results, limits, subject, folder)
         report(by_overlap(results), limits, f"{subject}_by_overlap", folder)
@@ -63,9 +66,9 @@ def run(arguments: Namespace) -> ExitCode:
     return ExitCode.OK
 
 
-def draw(count: int, seed: int) -> dict[str, list[Wanted]]:
+def draw(count: int, seed: int) -> dict[str, list[FramePair]]:
     """The pairs of rooms and of streets; about half a second each."""
-    pairs: dict[str, list[Wanted]] = {subject: [] for subject in SUBJECTS}
+    pairs: dict[str, list[FramePair]] = {subject: [] for subject in SCENE_GROUPS}
     with Progress("pairs drawn", count) as progress:
         for pair in rendered_pairs(count, seed):
             pairs["streets" if pair.group == STREET else "rooms"].append(pair)

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from vigg_ros.bags.trajectories import DatasetPose
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import BagError
+from vigg_ros.registration.frame import Frame
+from vigg_ros.registration.rigid import inverse
 
 NO_DEPTH_RAW = 65535
 """Besides 0, what 16-bit depth images of Kinects hold where there is no depth."""
@@ -32,7 +34,7 @@ class DatasetFile:
 
 @dataclass(frozen=True, slots=True)
 class DatasetFrame:
-    """An image with depth, and the pose if it is known. Nothing is loaded before it is asked for."""
+    """An image with depth or a scan, and the pose if it is known. Nothing is loaded before it is asked for."""
 
     number: int
     stamp_ns: int
@@ -43,6 +45,21 @@ class DatasetFrame:
     depth_unit_m: float
     T_world_sensor: NDArray[np.float64] | None
     """(4, 4): of the camera's optical frame, or of the LiDAR where there are scans."""
+    T_lidar_camera: NDArray[np.float64] | None
+    """(4, 4) where there are scans."""
+
+    @property
+    def name(self) -> str:
+        """Its number."""
+        return str(self.number)
+
+    def load(self) -> Frame:
+        """The frame to register. Raises DataError or BagError where the files cannot be used."""
+        if self.points_path is None:
+            return Frame.from_depth(self.image(), self.depth_m(), self.camera, stamp_ns=self.stamp_ns)
+        assert self.T_lidar_camera is not None, "data sets with scans have extrinsics"
+        T_camera_lidar = inverse(self.T_lidar_camera)
+        return Frame.from_points(self.image(), self.points(), self.camera, T_camera_lidar, stamp_ns=self.stamp_ns)
 
     def image(self) -> NDArray[np.uint8]:
         """(H, W, 3) BGR in the size of the camera. Raises BagError when the file is no image."""
@@ -103,6 +120,7 @@ class Dataset:
             points_path=other.path if self.scans else None,
             depth_unit_m=self.depth_unit_m,
             T_world_sensor=None if pose is None else self.poses[pose].T_world_sensor,
+            T_lidar_camera=self.T_lidar_camera,
         )
 
 

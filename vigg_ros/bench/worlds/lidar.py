@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.bench.worlds.scene import Scene
-from vigg_ros.bench.worlds.surfaces import Surface
+from vigg_ros.bench.worlds.surfaces import TexturedSurface
 from vigg_ros.registration.errors import ConfigError
 
 Array = NDArray[np.float64]
@@ -117,7 +117,7 @@ def _cast(scene: Scene, origins: Array, directions: Array) -> tuple[Array, Array
     return ranges_m, intensities
 
 
-def _rays_near(surface: Surface, origins: Array, directions: Array) -> NDArray[np.intp]:
+def _rays_near(surface: TexturedSurface, origins: Array, directions: Array) -> NDArray[np.intp]:
     """The rays that pass through the sphere around a surface's corners."""
     corners = surface.corners()
     centre = corners.mean(axis=0)
@@ -128,7 +128,7 @@ def _rays_near(surface: Surface, origins: Array, directions: Array) -> NDArray[n
     return np.flatnonzero((beside_squared <= radius_m**2) & (along_m > -radius_m))
 
 
-def _intensities(surface: Surface, points: Array, directions: Array, ranges_m: Array) -> Array:
+def _intensities(surface: TexturedSurface, points: Array, directions: Array, ranges_m: Array) -> Array:
     cosine = np.abs((surface.normals(points) * directions).sum(axis=1))
     # A beam is a few milliradians wide.
     colours = surface.texture.sample(surface.coordinates(points), 0.003 * np.maximum(ranges_m, 0.1))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.bench.worlds.scene import Scene
-from vigg_ros.bench.worlds.surfaces import Surface
+from vigg_ros.bench.worlds.surfaces import TexturedSurface
 from vigg_ros.registration.camera import Camera
 
 Window = tuple[slice, slice]
@@ -74,7 +74,7 @@ class _View:
     def origin(self) -> NDArray[np.float64]:
         return self.T_world_camera[:3, 3]
 
-    def window(self, surface: Surface) -> Window | None:
+    def window(self, surface: TexturedSurface) -> Window | None:
         """The pixels that a surface may cover, or None when it is out of sight."""
         corners = (surface.corners() - self.origin) @ self.T_world_camera[:3, :3]
         if (corners[:, 2] < _NEAR_M).all():

@@ -22,7 +22,7 @@ Pattern = Callable[[Size], Texture]
 """Paints a face of a given width and height, metres."""
 
 
-class Surface(Protocol):
+class TexturedSurface(Protocol):
     """Something a ray can meet. All arguments and results are in the world frame, metres."""
 
     @property

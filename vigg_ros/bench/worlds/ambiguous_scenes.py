@@ -12,7 +12,7 @@ from vigg_ros.bench.worlds.canvas import vivid
 from vigg_ros.bench.worlds.patterns import label, mottled, poster, tiles
 from vigg_ros.bench.worlds.poses import flat, upright, upside_down
 from vigg_ros.bench.worlds.scene import Light, Scene
-from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Surface, box
+from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, TexturedSurface, box
 from vigg_ros.bench.worlds.texture import Texture
 
 HALL_PERIOD_M = 1.2
@@ -28,7 +28,7 @@ def hall_of_columns(seed: int) -> Scene:
     paint = tiles(rng, (length_m, width_m), tile_m=HALL_PERIOD_M / 4, texel_m=0.01)
     column = label(rng, (2 * np.pi * 0.18, height_m), texel_m=0.006)
     # The lamp is far above, as one near by would give each place a brightness of its own.
-    surfaces: list[Surface] = [
+    surfaces: list[TexturedSurface] = [
         Rectangle(flat((0, 0, 0)), (length_m, width_m), paint),
         Rectangle(upside_down((0, 0, height_m)), (length_m, width_m), paint),
         Rectangle(upright((0, width_m / 2, height_m / 2), 270), (length_m, height_m), paint),
@@ -44,7 +44,7 @@ def bare_room(seed: int) -> Scene:
     """A freshly painted room of 5 x 4 x 2.6 m with two white boxes: shape, but hardly any texture."""
     rng = np.random.default_rng(seed)
     white = partial(mottled, rng, colour=(205, 210, 212), contrast=0.8, coarsest_m=1.0, texel_m=0.01)
-    surfaces: list[Surface] = [
+    surfaces: list[TexturedSurface] = [
         Rectangle(flat((0, 0, 0)), (5, 4), white((5, 4))),
         Rectangle(upside_down((0, 0, 2.6)), (5, 4), white((5, 4))),
     ]
@@ -67,7 +67,7 @@ def tiled_room(seed: int) -> Scene:
     def labelled(size_m: tuple[float, float]) -> Texture:
         return label(np.random.default_rng(label_seed), size_m)
 
-    surfaces: list[Surface] = [
+    surfaces: list[TexturedSurface] = [
         Rectangle(flat((0, 0, 0)), (5, 4), tiled((5, 4))),
         Rectangle(upside_down((0, 0, 2.6)), (5, 4), tiled((5, 4))),
     ]
