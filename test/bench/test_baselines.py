@@ -77,7 +77,7 @@ def test_a_truth_that_is_off_is_refined_towards_the_depth():
     pytest.importorskip("small_gicp")
     T_off = NEAR.T_target_source.copy()
     T_off[:3, 3] += 0.02
-    refined = refine_truth(dataclasses.replace(NEAR, T_target_source=T_off), CACHE, CONFIG)
+    refined = refine_truth(methods.Task(dataclasses.replace(NEAR, T_target_source=T_off), CACHE, CONFIG))
     # 3.5 cm off before.
     assert translation_error_m(refined.T_target_source, NEAR.T_target_source) < 0.015
     assert refined.name == NEAR.name

@@ -116,18 +116,15 @@ class _VariedMethod:
 
     def __call__(self, task: Task) -> MethodAnswer:
         config = task.config.replace(self.base).replace(self.variation.options)
-        frame_pair, cache = task.pair, task.cache
-        within_view = self.variation.within_view
-        target, target_ms = cache.features(frame_pair.target, config, within_view=within_view)
-        source, source_ms = cache.features(frame_pair.source, config, within_view=within_view)
+        target, source, features_ms = task.features(config, within_view=self.variation.within_view)
 
         def work() -> Outcome:
             if self.variation.exchanges_stages:
-                return register_varied((target, source), config, self.variation, frame_pair)
+                return register_varied((target, source), config, self.variation, task.pair)
             return register(target, source, config)
 
         outcome, timings_ms = timed_stages(work)
-        timings = {"extraction": target_ms + source_ms, **timings_ms}
+        timings = {"extraction": features_ms, **timings_ms}
         if isinstance(outcome, Registration):
             return MethodAnswer(outcome.T_target_source, "", timings)
         return MethodAnswer(None, outcome.reason.value, timings)

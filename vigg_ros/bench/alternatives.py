@@ -29,13 +29,6 @@ NO_ANSWER = "NO_ANSWER"
 """What a library gives no more reason for."""
 
 
-def _prepared(task: Task, key: Any, make: Callable[[Frame], Any]) -> tuple[Any, Any, float]:
-    """What is made of target and source, and the milliseconds for both."""
-    target, target_ms = task.cache.derived(task.pair.target, key, make)
-    source, source_ms = task.cache.derived(task.pair.source, key, make)
-    return target, source, target_ms + source_ms
-
-
 def cloud_with_normals(task: Task, voxel_m: float, frame: Frame) -> Any:
     """Open3D's cloud on a grid, with normals."""
     import open3d as o3d
@@ -61,7 +54,7 @@ def _search_by_features(task: Task, voxel_m: float, search: Callable[[Any, Any, 
     import open3d as o3d
 
     make = partial(cloud_with_features, task, voxel_m)
-    (target, of_target), (source, of_source), prepared_ms = _prepared(task, ("fpfh", voxel_m), make)
+    (target, of_target), (source, of_source), prepared_ms = task.derived(("fpfh", voxel_m), make)
     o3d.utility.random.seed(task.config.seed)
     result, search_ms = timed(lambda: search(source, target, of_source, of_target))
     return result, {"clouds and features": prepared_ms, "matches and search": search_ms}
@@ -99,7 +92,7 @@ def icp(task: Task, *, to_plane: bool) -> MethodAnswer:
     from open3d.pipelines import registration as kit
 
     voxel_m = task.config.geometric.voxel_size_m
-    target, source, prepared_ms = _prepared(task, ("normals", voxel_m), partial(cloud_with_normals, task, voxel_m))
+    target, source, prepared_ms = task.derived(("normals", voxel_m), partial(cloud_with_normals, task, voxel_m))
     estimation = kit.TransformationEstimationPointToPlane() if to_plane else kit.TransformationEstimationPointToPoint()
     reach_m = REACH_VOXELS * voxel_m
     result, align_ms = timed(lambda: kit.registration_icp(source, target, reach_m, np.eye(4), estimation))
@@ -114,7 +107,7 @@ def rgbd_odometry(task: Task) -> MethodAnswer:
     if not isinstance(geometry, DepthMap):
         return MethodAnswer(None, "NO_DEPTH_IMAGE", {})
     make = partial(_rgbd_image, task.config.geometric.max_range_m)
-    target, source, prepared_ms = _prepared(task, ("rgbd", task.config.geometric.max_range_m), make)
+    target, source, prepared_ms = task.derived(("rgbd", task.config.geometric.max_range_m), make)
     camera = geometry.camera
     pinhole = o3d.camera.PinholeCameraIntrinsic(
         camera.width_px, camera.height_px, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px
@@ -150,7 +143,7 @@ def kiss_matcher(task: Task) -> MethodAnswer:
     is_depth = isinstance(task.cache.frame(task.pair.target).geometry, DepthMap)
     voxel_m = (2.0 if is_depth else 1.0) * task.config.geometric.voxel_size_m
 
-    target, source, prepared_ms = _prepared(task, ("list", task.config.geometric), partial(_list_points, task))
+    target, source, prepared_ms = task.derived(("list", task.config.geometric), partial(_list_points, task))
     matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(voxel_m))
     solution, solve_ms = timed(lambda: matcher.estimate(source, target))
     T_target_source = np.eye(4)
@@ -166,8 +159,7 @@ def _list_points(task: Task, frame: Frame) -> list[NDArray[np.float32]]:
 def fpfh_mac(task: Task) -> MethodAnswer:
     """MAC on geometric matches alone: our FPFH, one-directional matches and clique code, then post-refinement."""
     config = task.config.replace(PAPER).replace({"cliques.geometric_hypotheses": True})
-    target, target_ms = task.cache.features(task.pair.target, config)
-    source, source_ms = task.cache.features(task.pair.source, config)
+    target, source, features_ms = task.features(config)
 
     def work() -> NDArray[np.float64] | None:
         matches = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)
@@ -177,8 +169,8 @@ def fpfh_mac(task: Task) -> MethodAnswer:
         return refit(matches, hypotheses.T_target_source[0], config.cliques.inlier_threshold_m)
 
     T_target_source, timings_ms = timed_stages(work)
-    timings = {"extraction": target_ms + source_ms, **timings_ms}
-    return MethodAnswer(T_target_source, NO_ANSWER if T_target_source is None else "", timings)
+    reason = NO_ANSWER if T_target_source is None else ""
+    return MethodAnswer(T_target_source, reason, {"extraction": features_ms, **timings_ms})
 
 
 def _answer(T_target_source: NDArray[np.float64], timings_ms: dict[str, float], *, found: bool) -> MethodAnswer:

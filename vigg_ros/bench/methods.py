@@ -8,19 +8,22 @@ import difflib
 import hashlib
 import importlib
 import importlib.util
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.pairs import FramePair
-from vigg_ros.registration import Config
+from vigg_ros.registration import Config, Features, Frame
 from vigg_ros.registration.errors import ConfigError
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +34,18 @@ class Task:
     """The true motion in it is for the floor and for ablations that say so."""
     cache: FrameCache
     config: Config
+
+    def features(self, config: Config, *, within_view: bool = False) -> tuple[Features, Features, float]:
+        """Features of target and source by a configuration, and the milliseconds for both."""
+        target, target_ms = self.cache.features(self.pair.target, config, within_view=within_view)
+        source, source_ms = self.cache.features(self.pair.source, config, within_view=within_view)
+        return target, source, target_ms + source_ms
+
+    def derived(self, key: Hashable, make: Callable[[Frame], _T]) -> tuple[_T, _T, float]:
+        """What is made of target and of source, and the milliseconds for both; ``key`` names it in the cache."""
+        target, target_ms = self.cache.derived(self.pair.target, key, make)
+        source, source_ms = self.cache.derived(self.pair.source, key, make)
+        return target, source, target_ms + source_ms
 
 
 @dataclass(frozen=True, slots=True)

@@ -171,9 +171,9 @@ def run_batch(batch: Batch) -> list[tuple[PairResult, tuple[str, str]]]:
 def run_pair(pair: FramePair, methods: Sequence[str], plan: EvaluationPlan, cache: FrameCache) -> list[PairResult]:
     """What the methods answer; a frame that cannot be used costs its pairs, not the run."""
     try:
-        for look in (pair.target, pair.source):
-            cache.frame(look)
-        true = refine_truth(pair, cache, plan.config) if plan.refine_truth else pair
+        for frame in (pair.target, pair.source):
+            cache.frame(frame)
+        true = refine_truth(Task(pair, cache, plan.config)) if plan.refine_truth else pair
         return [_measured(name, true, find_method(name).answer(Task(true, cache, plan.config))) for name in methods]
     except DataError as error:
         code = error.code

@@ -9,15 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vigg_ros.bench.commands.bag_frames import posed_frames_of_bag
-from vigg_ros.bench.commands.comparison import (
-    add_comparison_arguments,
-    compare,
-    method_names,
-    output_folder,
-    print_details,
-    print_machine,
-    report,
-)
+from vigg_ros.bench.commands.comparison import Comparison, add_comparison_arguments, method_names, run_comparisons
 from vigg_ros.bench.datasets.convert import LAYOUTS, open_dataset
 from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
 from vigg_ros.bench.pairs import PAIR_PROTOCOLS, FramePair, PairProtocol, PosedFrame, choose, pairs_listed, posed_frames
@@ -68,12 +60,7 @@ def run(arguments: Namespace) -> ExitCode:
         within_view=arguments.within_view,
         refine_truth=protocol.refine_truth,
     )
-    limits = OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS
-    results = compare([(plan, limits)], arguments)[0]
-    report(results, limits, "pairs", output_folder(arguments))
-    print_details(results, limits)
-    print_machine(arguments.jobs)
-    return ExitCode.OK
+    return run_comparisons([Comparison("pairs", plan, OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS)], arguments)
 
 
 def _protocol(arguments: Namespace) -> PairProtocol:

@@ -5,19 +5,9 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
-from dataclasses import replace
 
-from vigg_ros.bench.commands.comparison import (
-    add_comparison_arguments,
-    compare,
-    method_names,
-    output_folder,
-    print_details,
-    print_machine,
-    report,
-)
-from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS, PairResult
+from vigg_ros.bench.commands.comparison import Comparison, add_comparison_arguments, method_names, run_comparisons
+from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
 from vigg_ros.bench.pairs import FramePair
 from vigg_ros.bench.rendered_pairs import OVERLAPS, STREET, rendered_pairs
 from vigg_ros.bench.runner import EvaluationPlan
@@ -42,47 +32,26 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> ExitCode:
     """Render and register; a table for rooms and one for streets, by kind and by overlap."""
-    config_of = {
-        subject: load_config(Namespace(config=preset, set=arguments.set))
-        for subject, (preset, _) in SCENE_GROUPS.items()
-    }
-    methods = {subject: method_names(arguments, outdoor=subject == "streets") for subject in SCENE_GROUPS}
-    pairs = draw(arguments.pairs, arguments.seed)
-    plans = [
-        (
-            EvaluationPlan(f"rendered {arguments.seed}", pairs[subject], methods[subject], config_of[subject]),
-            SCENE_GROUPS[subject][1],
-        )
-        for subject in SCENE_GROUPS
-        if pairs[subject]
+    groups = [
+        (name, load_config(Namespace(config=preset, set=arguments.set)), limits)
+        for name, (preset, limits) in SCENE_GROUPS.items()
     ]
-    folder = output_folder(arguments)
-    subjects = [subject for subject in SCENE_GROUPS if pairs[subject]]
-    for subject, (_, limits), results in zip(subjects, plans, compare(plans, arguments), strict=True):
-        report(results, limits, subject, folder)
-        report(by_overlap(results), limits, f"{subject}_by_overlap", folder)
-        print_details(results, limits)
-    print_machine(arguments.jobs)
-    return ExitCode.OK
+    methods = {name: method_names(arguments, outdoor=name == "streets") for name in SCENE_GROUPS}
+    pairs = draw(arguments.pairs, arguments.seed)
+    subject = f"rendered {arguments.seed}"
+    comparisons = [
+        Comparison(name, EvaluationPlan(subject, pairs[name], methods[name], config), limits, OVERLAPS)
+        for name, config, limits in groups
+        if pairs[name]
+    ]
+    return run_comparisons(comparisons, arguments)
 
 
 def draw(count: int, seed: int) -> dict[str, list[FramePair]]:
     """The pairs of rooms and of streets; about half a second each."""
-    pairs: dict[str, list[FramePair]] = {subject: [] for subject in SCENE_GROUPS}
+    pairs: dict[str, list[FramePair]] = {name: [] for name in SCENE_GROUPS}
     with Progress("pairs drawn", count) as progress:
         for pair in rendered_pairs(count, seed):
             pairs["streets" if pair.group == STREET else "rooms"].append(pair)
             progress.step()
     return pairs
-
-
-def by_overlap(results: Sequence[PairResult]) -> list[PairResult]:
-    """The results grouped by how much the frames share, least first."""
-    regrouped = [
-        replace(result, group=f"{low:.0%} to {high:.0%}")
-        for low, high in OVERLAPS
-        for result in results
-        if low <= result.overlap < high
-    ]
-    assert len(regrouped) == len(results), "pairs are drawn from these ranges"
-    return regrouped
