@@ -79,7 +79,7 @@ def test_a_part_of_a_sequence_keeps_its_numbers(tmp_path: Path) -> None:
         ("calib.txt", f"P2: {'0 ' * 12}\nTr: {KITTI_TR}", "P2 is no projection"),
         ("calib.txt", f"P2: 7 0 3 0 0 7 2 0 0 0 1 0\nTr: {'2 ' * 12}", "Tr is no rigid transform"),
         ("calib.txt", f"P2: 7 0 3 0 0 7 2 0 0 0 1 0\nTr: {'nan ' * 12}", "no row Tr of 12 numbers"),
-        ("times.txt", "0.0\n", "files up to number 2, but times.txt has 1 rows"),
+        ("times.txt", "0.0\n", "files up to number 2, but there are 1 stamps"),
         ("times.txt", "0.0\nsoon\n1\n", "'soon' is no stamp"),
         ("poses.txt", "1 2 3", "holds 3 numbers; expected 12 for each pose"),
     ],

@@ -7,9 +7,10 @@ from __future__ import annotations
 import multiprocessing
 import resource
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,26 @@ def measure_one(what: str, size: int) -> GrowthSample:
         durations.append(time.perf_counter() - start)
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return GrowthSample(what, size, 1e3 * min(durations), peak_mb)
+
+
+def draw_growth(rows: Sequence[GrowthSample], path: Path) -> None:
+    """Two panels with logarithmic axes, one line for each kind of input. Raises OSError."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(1, 2)
+    labels = {"milliseconds": "time (ms)", "peak_mb": "peak memory of the process (MB)"}
+    for panel, (name, label) in zip(panels, labels.items(), strict=True):
+        for what in dict.fromkeys(row.what for row in rows):
+            of_kind = [row for row in rows if row.what == what]
+            sizes, values = [row.size for row in of_kind], [getattr(row, name) for row in of_kind]
+            panel.plot(sizes, values, "o-", label=what, markersize=4)
+        panel.set(xscale="log", yscale="log", xlabel="number of points or matches", ylabel=label)
+        panel.grid(visible=True, which="both", alpha=0.25)
+    panels[0].legend(frameon=False, fontsize=8)
+    figure.savefig(path, dpi=130)
 
 
 def rolling_ground(count: int, seed: int = 0) -> NDArray[np.float32]:

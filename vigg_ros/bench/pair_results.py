@@ -103,7 +103,7 @@ class ResultFile:
         """Append one result; it is on disk when this returns."""
         assert self._file is not None, "results are added inside the with block"
         self._results[key] = result
-        self._file.write(json.dumps({"key": key, **_plain(asdict(result))}) + "\n")
+        self._file.write(json.dumps({"key": key, **nulled(asdict(result))}) + "\n")
         self._file.flush()
 
 
@@ -129,8 +129,8 @@ def _result(row: dict[str, Any]) -> PairResult:
     return PairResult(**row)
 
 
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    """JSON has no infinity: null stands for what is not known."""
+def nulled(row: dict[str, Any]) -> dict[str, Any]:
+    """The row for JSON, which has no infinity: null stands for what is not known."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
 
 

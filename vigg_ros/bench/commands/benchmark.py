@@ -7,23 +7,21 @@ from __future__ import annotations
 import cProfile
 import resource
 import sys
-import time
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import nullcontext, suppress
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
-from vigg_ros.bench.growth import GROWTH_REPEATS, INPUT_SIZES, measure
-from vigg_ros.bench.growth_plot import draw_growth
+from vigg_ros.bench.frame_cache import timed
+from vigg_ros.bench.growth import GROWTH_REPEATS, INPUT_SIZES, draw_growth, measure
 from vigg_ros.cli.config_arguments import add_config_arguments, choose_config
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
 from vigg_ros.cli.replay import add_extrinsics_argument, add_topic_arguments, find_extrinsics, requested_topics
@@ -83,16 +81,13 @@ def run(arguments: Namespace) -> ExitCode:
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     for note in chosen.notes:
         print(f"note: {note}", file=sys.stderr)
-    print(f"{len(frames) - WARM_UP_FRAMES} frames; configuration {chosen.source}")
+    measured = len(frames) - WARM_UP_FRAMES
+    print(f"{measured} frames; configuration {chosen.source}")
     print(f"{machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
     print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
     if profile is not None:
         print()
-        print(
-            table(
-                [("function", "calls per frame", "own ms per frame"), *_hottest(profile, len(frames) - WARM_UP_FRAMES)]
-            )
-        )
+        print(table([("function", "calls per frame", "own ms per frame"), *_hottest(profile, measured)]))
     print()
     print(table([("decoding", "median ms", "p95 ms"), *(row[:3] for row in _rows(decoding, 1.0))]))
     return ExitCode.OK
@@ -103,11 +98,11 @@ def read_frames(reader: BagReader, choice: TopicChoice, config: Config, extrinsi
     assembler = FrameAssembler(config.pairing, extrinsics)
     for item in BagSource(reader, choice, config.input):
         if not isinstance(item, (RefusedMessage, StampedPose)):
-            yield from _made(assembler.add(item))
-    yield from _made(assembler.flush())
+            yield from _synced(assembler.add(item))
+    yield from _synced(assembler.flush())
 
 
-def _made(assembled: list[Assembled]) -> Iterator[Frame]:
+def _synced(assembled: list[Assembled]) -> Iterator[Frame]:
     return (one.frame for one in assembled if isinstance(one, SyncedFrame))
 
 
@@ -144,11 +139,9 @@ def time_frames(
     with Progress("frames", len(frames)) as progress:
         for number, frame in enumerate(frames):
             grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
-            alone_ms = _milliseconds(partial(cv2.SIFT_create().detectAndCompute, grey, None))
-            start = time.perf_counter()
+            alone_ms = timed(partial(cv2.SIFT_create().detectAndCompute, grey, None))[1]
             with profile if profile is not None and number >= WARM_UP_FRAMES else nullcontext():
-                estimate = registrar.step(frame)
-            total_ms = 1e3 * (time.perf_counter() - start)
+                estimate, total_ms = timed(partial(registrar.step, frame))
             progress.step()
             if number >= WARM_UP_FRAMES:
                 sift_ms.append(alone_ms)
@@ -164,14 +157,8 @@ def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Tim
     for topic, role in message_roles(choice).items():
         for item in islice(reader.messages([topic], order="log"), DECODED_MESSAGES):
             with suppress(DataError):
-                times[f"{topic} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
+                times[f"{topic} ({item.type})"].append(timed(partial(decoder.decode, role, item.message))[1])
     return times
-
-
-def _milliseconds(work: Callable[[], Any]) -> float:
-    start = time.perf_counter()
-    work()
-    return 1e3 * (time.perf_counter() - start)
 
 
 def _hottest(profile: cProfile.Profile, frames: int) -> list[tuple[str, str, str]]:

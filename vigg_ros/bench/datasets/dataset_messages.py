@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import DatasetPose
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, load_depth_raw, load_image, load_scan
 from vigg_ros.messages.encode import (
     encode_camera_info,
@@ -64,9 +63,11 @@ def dataset_messages(dataset: Dataset) -> list[PlannedMessage]:
 
 def _images(dataset: Dataset) -> Iterator[PlannedMessage]:
     topic = RECTIFIED_IMAGE_TOPIC if dataset.scans else IMAGE_TOPIC
+    camera = dataset.camera
     for file in dataset.images:
-        yield PlannedMessage(file.stamp_ns, CAMERA_INFO_TOPIC, partial(_camera_info, dataset.camera, file))
-        yield PlannedMessage(file.stamp_ns, topic, partial(_image, dataset.camera, file))
+        info = partial(encode_camera_info, camera, stamp_ns=file.stamp_ns, frame_id=CAMERA_FRAME)
+        yield PlannedMessage(file.stamp_ns, CAMERA_INFO_TOPIC, info)
+        yield PlannedMessage(file.stamp_ns, topic, partial(_image, camera, file))
 
 
 def _depths(dataset: Dataset) -> Iterator[PlannedMessage]:
@@ -81,11 +82,8 @@ def _scans(dataset: Dataset) -> Iterator[PlannedMessage]:
 
 def _poses(dataset: Dataset) -> Iterator[PlannedMessage]:
     for pose in dataset.poses:
-        yield PlannedMessage(pose.stamp_ns, GROUND_TRUTH_TOPIC, partial(_pose, pose))
-
-
-def _camera_info(camera: Camera, file: DatasetFile) -> Message:
-    return encode_camera_info(camera, stamp_ns=file.stamp_ns, frame_id=CAMERA_FRAME)
+        make = partial(encode_pose, pose.T_world_sensor, stamp_ns=pose.stamp_ns, frame_id=WORLD_FRAME)
+        yield PlannedMessage(pose.stamp_ns, GROUND_TRUTH_TOPIC, make)
 
 
 def _image(camera: Camera, file: DatasetFile) -> Message:
@@ -99,27 +97,18 @@ def _depth(dataset: Dataset, file: DatasetFile) -> Message:
     return encode_image(depth, stamp_ns=file.stamp_ns, frame_id=CAMERA_FRAME)
 
 
-def _pose(pose: DatasetPose) -> Message:
-    return encode_pose(pose.T_world_sensor, stamp_ns=pose.stamp_ns, frame_id=WORLD_FRAME)
-
-
 def _static_transform(T_lidar_camera: NDArray[np.float64], stamp_ns: int) -> Message:
     transform = encode_transform(T_lidar_camera, stamp_ns=stamp_ns, frame_id=LIDAR_FRAME, child_frame_id=CAMERA_FRAME)
     return encode_tf([transform])
 
 
 def _points(file: DatasetFile) -> Message:
+    """A PointCloud2 of x y z and intensity as the Velodyne's driver lays it out."""
     scan = load_scan(file.path)
-    bare = encode_points(scan[:, :3], stamp_ns=file.stamp_ns, frame_id=LIDAR_FRAME)
-    return _with_intensity(bare, scan)
-
-
-def _with_intensity(cloud: Message, scan: NDArray[np.float32]) -> Message:
-    """A PointCloud2 of x y z and intensity as the Velodyne's driver lays it out, from one without."""
-    names = ("x", "y", "z", "intensity")
+    cloud = encode_points(scan[:, :3], stamp_ns=file.stamp_ns, frame_id=LIDAR_FRAME)
     point_fields = tuple(
-        Message("sensor_msgs/msg/PointField", {"name": name, "offset": 4 * place, "datatype": 7, "count": 1})
-        for place, name in enumerate(names)
+        Message("sensor_msgs/msg/PointField", {"name": name, "offset": 4 * column, "datatype": 7, "count": 1})
+        for column, name in enumerate(("x", "y", "z", "intensity"))
     )
     layout = {"fields": point_fields, "point_step": 16, "row_step": 16 * len(scan)}
     data = np.ascontiguousarray(scan, dtype="<f4").reshape(-1).view(np.uint8)

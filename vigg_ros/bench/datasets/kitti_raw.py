@@ -19,10 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.bags.trajectories import NS_PER_S, DatasetPose, read_numbers, rigid, rows
+from vigg_ros.bags.trajectories import NS_PER_S, DatasetPose, read_numbers, rows
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
-from vigg_ros.bench.datasets.intrinsics import make_camera
-from vigg_ros.bench.datasets.kitti import SLOP_NS, camera_offset, numbered_files, read_calibration, take
+from vigg_ros.bench.datasets.kitti import (
+    SLOP_NS,
+    camera_offset,
+    read_calibration,
+    rectified_camera,
+    rigid_or_refuse,
+    stamped_files,
+    take,
+    take_projection,
+)
 from vigg_ros.registration.errors import BagError
 from vigg_ros.registration.rigid import inverse
 
@@ -33,7 +41,7 @@ def open_kitti_raw(folder: Path) -> Dataset:
     """The drive in this folder. Raises BagError when a part is missing or the images are not rectified."""
     images, scans = _stamped(folder / "image_02", ".png"), _stamped(folder / "velodyne_points", ".bin")
     cameras = read_calibration(_find(folder, "calib_cam_to_cam.txt"))
-    P = take(cameras, "P_rect_02", 12, folder).reshape(3, 4)
+    P = take_projection(cameras, "P_rect_02", folder)
     size = image_size(images[0].path)
     if size != tuple(take(cameras, "S_rect_02", 2, folder).astype(int)):
         raise BagError(f"{folder}: images of {size[0]}x{size[1]} are not the rectified ones; get the _sync drive")
@@ -43,23 +51,19 @@ def open_kitti_raw(folder: Path) -> Dataset:
     poses, note = _read_poses(folder, [file.stamp_ns for file in (*images, *scans)])
     return Dataset(
         name=folder.name,
-        camera=make_camera(size, (P[0, 0], P[1, 1], P[0, 2], P[1, 2])),
+        camera=rectified_camera(size, P),
         images=images,
         scans=scans,
         poses=poses,
-        T_lidar_camera=inverse(_rigid(camera_offset(P) @ R_rect @ T_camera0_lidar, folder)),
+        T_lidar_camera=inverse(rigid_or_refuse(camera_offset(P) @ R_rect @ T_camera0_lidar, f"{folder}: R_rect_00")),
         slop_ns=SLOP_NS,
         notes=(note,) if note else (),
     )
 
 
 def _stamped(folder: Path, suffix: str) -> tuple[DatasetFile, ...]:
-    """The files of a sensor; some drives lack a few scans, so files and rows are matched by number."""
-    files = numbered_files(folder / "data", suffix)
-    stamps = _read_timestamps(folder / "timestamps.txt")
-    if max(files) >= len(stamps):
-        raise BagError(f"{folder} has files up to number {max(files)}, but {len(stamps)} timestamps")
-    return tuple(DatasetFile(number, stamps[number], path) for number, path in files.items())
+    """The files of a sensor; some drives lack a few scans."""
+    return stamped_files(folder / "data", suffix, _read_timestamps(folder / "timestamps.txt"))
 
 
 def _read_timestamps(path: Path) -> list[int]:
@@ -89,14 +93,7 @@ def _rotation_translation(folder: Path, name: str) -> NDArray[np.float64]:
     T = np.eye(4)
     T[:3, :3] = take(calibration, "R", 9, path).reshape(3, 3)
     T[:3, 3] = take(calibration, "T", 3, path)
-    return _rigid(T, path)
-
-
-def _rigid(matrix: NDArray[np.float64], where: Path) -> NDArray[np.float64]:
-    T = rigid(matrix)
-    if T is None:
-        raise BagError(f"{where}: the calibration holds a rotation that is none")
-    return T
+    return rigid_or_refuse(T, str(path))
 
 
 def _read_poses(folder: Path, used_ns: Sequence[int]) -> tuple[tuple[DatasetPose, ...], str]:

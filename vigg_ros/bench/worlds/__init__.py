@@ -19,28 +19,7 @@ from vigg_ros.bench.worlds.scene import Light, Scene
 from vigg_ros.bench.worlds.streets import STREET_DRIVE, street
 
 __all__ = [
-    "HALL_PERIOD_M",
-    "STREET_DRIVE",
-    "Drive",
-    "HandheldLoop",
-    "ImageNoise",
-    "KinectNoise",
-    "Leg",
-    "LidarModel",
-    "LidarScan",
-    "Light",
-    "Scene",
-    "bare_room",
-    "blank_plane",
-    "hall_of_columns",
-    "render_depth",
-    "render_image",
-    "render_lidar",
-    "render_rgbd",
-    "room",
-    "scan_lidar",
-    "single_plane",
-    "stamps_ns",
-    "street",
-    "tiled_room",
-]
+    "HALL_PERIOD_M", "STREET_DRIVE", "Drive", "HandheldLoop", "ImageNoise", "KinectNoise", "Leg", "LidarModel",
+    "LidarScan", "Light", "Scene", "bare_room", "blank_plane", "hall_of_columns", "render_depth", "render_image",
+    "render_lidar", "render_rgbd", "room", "scan_lidar", "single_plane", "stamps_ns", "street", "tiled_room",
+]  # fmt: skip
