@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from vigg_ros.bench.worlds import Scene, room, street
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 
 
 @pytest.fixture(scope="session")

@@ -11,9 +11,8 @@ from vigg_ros.bench.ablations import BASE_METHODS, VARIATIONS, Variation, icp, n
 from vigg_ros.bench.catalogue import all_names, expand, find_method
 from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.methods import Task
-from vigg_ros.registration import Registration, register
+from vigg_ros.registration import ConfigError, Registration, register
 from vigg_ros.registration.cliques import Hypotheses
-from vigg_ros.registration.errors import ConfigError
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.rigid import inverse, transform
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m

@@ -12,7 +12,7 @@ import pytest
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.datasets.convert import LAYOUTS, convert, open_dataset
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 from vigg_ros.sensors.decode import decode_depth, decode_image, decode_points
 from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
 from vigg_ros_testing.dataset_samples import kitti, kitti_raw, pose_at, real_data, scannet, seven_scenes, tum

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.datasets.convert import open_dataset
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError, Camera
 from vigg_ros_testing.dataset_samples import KITTI_TR, kitti, kitti_raw, real_data, save_image
 
 # A point of the Velodyne in camera 2: p2 = p0 + K^-1 b with p0 = Tr p; see KITTI_P2 and KITTI_TR.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.datasets.convert import open_dataset
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 from vigg_ros_testing.dataset_samples import real_data, tum
 
 

@@ -16,8 +16,7 @@ from vigg_ros.bench.catalogue import find_method
 from vigg_ros.bench.clouds import refine_truth
 from vigg_ros.bench.frame_cache import FrameCache, LoadedFrame
 from vigg_ros.bench.pairs import FramePair
-from vigg_ros.registration import Config
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import Config, ConfigError
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 from vigg_ros_testing import street_samples
 from vigg_ros_testing.pair_samples import CONFIG, room_pair

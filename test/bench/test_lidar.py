@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vigg_ros.bench.worlds import LidarModel, Scene, render_lidar, scan_lidar
 from vigg_ros.bench.worlds.poses import Pose, flat, upright
 from vigg_ros.bench.worlds.surfaces import Rectangle
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import ConfigError
 from vigg_ros_testing.simple_scenes import plain_texture, scene_of
 
 MODEL = LidarModel(beams=16, columns=180)

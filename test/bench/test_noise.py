@@ -10,8 +10,7 @@ import pytest
 from vigg_ros.bench.worlds import ImageNoise, KinectNoise, render_depth
 from vigg_ros.bench.worlds.poses import look_at, upright
 from vigg_ros.bench.worlds.surfaces import Rectangle
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import Camera, ConfigError
 from vigg_ros_testing.simple_scenes import plain_texture, scene_of
 
 CONTINUOUS = KinectNoise(disparity_step_px=0, correlation_px=0, dropout=0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.pairs import PAIR_PROTOCOLS, PairProtocol, choose, pairs_apart, pairs_at, pairs_listed
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 from vigg_ros_testing.pair_samples import along_x
 from vigg_ros_testing.trajectory_samples import pose
 

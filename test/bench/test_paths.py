@@ -11,8 +11,7 @@ import pytest
 
 from vigg_ros.bench.worlds import Drive, HandheldLoop, Leg, stamps_ns
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat, look_at, upright, upside_down
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import Camera, ConfigError
 
 DRIVE = Drive(start=(1.0, 2.0, 0.0), start_yaw_deg=90.0, speed_mps=5.0, legs=(Leg(10.0), Leg(4 * math.pi, 90.0)))
 

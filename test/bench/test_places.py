@@ -23,7 +23,7 @@ from vigg_ros.bench.worlds import (
     tiled_room,
 )
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, flat, look_at
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 
 EYE, TARGET = (-1.0, 0.2, 1.4), (2.0, 0.0, 1.2)
 

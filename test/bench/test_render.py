@@ -13,7 +13,7 @@ from vigg_ros.bench.worlds import HandheldLoop, Scene, render_depth, render_imag
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at, upright
 from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Sphere, box
 from vigg_ros.bench.worlds.texture import Texture
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 from vigg_ros_testing.simple_scenes import plain_texture, scene_of
 
 

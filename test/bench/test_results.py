@@ -10,7 +10,7 @@ import math
 import pytest
 
 from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS, ResultFile, write_csv
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 from vigg_ros_testing.pair_samples import result
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.trajectory_comparison import compare_trajectories, covered_share
-from vigg_ros.registration.errors import DataError
+from vigg_ros.registration import DataError
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros_testing.trajectory_samples import SECOND, path, pose, winding
 

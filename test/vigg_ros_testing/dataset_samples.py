@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.datasets.dataset import Dataset
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 

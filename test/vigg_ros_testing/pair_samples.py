@@ -13,8 +13,7 @@ import numpy as np
 from vigg_ros.bench.pair_results import PairResult
 from vigg_ros.bench.pairs import FramePair, PosedFrame
 from vigg_ros.bench.worlds import HandheldLoop, ImageNoise, KinectNoise, render_rgbd, room
-from vigg_ros.registration import Camera, Config, Frame
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError, Camera, Config, Frame
 from vigg_ros.registration.rigid import inverse
 from vigg_ros_testing.trajectory_samples import pose
 

@@ -17,14 +17,12 @@ from vigg_ros.acceptance.checks import contenders, find_lack, judge
 from vigg_ros.bench.frame_cache import timed_stages
 from vigg_ros.bench.methods import Method, MethodAnswer, Task
 from vigg_ros.bench.pairs import FramePair
-from vigg_ros.registration import Config, Outcome, Reason, Registration, Rejection, register
+from vigg_ros.registration import Config, Evidence, Features, Outcome, Reason, Registration, Rejection, register
 from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import PAPER
-from vigg_ros.registration.features import Features
 from vigg_ros.registration.geometric import match_global, sample
 from vigg_ros.registration.local_match import refit
 from vigg_ros.registration.matches import Matches, concatenate
-from vigg_ros.registration.result import Evidence
 from vigg_ros.registration.rigid import transform, weighted_svd
 from vigg_ros.registration.stages import stage
 from vigg_ros.registration.vigg import align_by_all, follow, polish

@@ -15,14 +15,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera, Config, Frame, extract, register
 from vigg_ros.registration.cliques import propose
-from vigg_ros.registration.config import Config
-from vigg_ros.registration.features import extract
-from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros.registration.rigid import transform
-from vigg_ros.registration.vigg import register
 
 POINT_COUNTS = (5_000, 20_000, 50_000, 100_000, 200_000, 500_000)
 MATCH_COUNTS = (50, 150, 300, 500, 1_000, 2_000)

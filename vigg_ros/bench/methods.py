@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.pairs import FramePair
-from vigg_ros.registration import Config, Features, Frame
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import Config, ConfigError, Features, Frame
 
 _T = TypeVar("_T")
 

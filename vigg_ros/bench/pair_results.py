@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
 RESULTS_FILE = "pairs.jsonl"
 

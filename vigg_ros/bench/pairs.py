@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.datasets.dataset import Dataset
 from vigg_ros.bench.frame_cache import LoadableFrame
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 from vigg_ros.registration.rigid import inverse
 
 

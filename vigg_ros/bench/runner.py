@@ -23,8 +23,7 @@ from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.methods import MethodAnswer, Task
 from vigg_ros.bench.pair_results import PairResult, ResultFile
 from vigg_ros.bench.pairs import FramePair
-from vigg_ros.registration import Config
-from vigg_ros.registration.errors import BagError, DataError, ViggError
+from vigg_ros.registration import BagError, Config, DataError, ViggError
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 
 PAIRS_PER_BATCH = 3

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vigg_ros.bench.datasets.dataset import mutual_nearest
-from vigg_ros.registration.errors import DataError
+from vigg_ros.registration import DataError
 from vigg_ros.report.trajectory import Trajectory, align
 from vigg_ros.report.trajectory_errors import SECOND_NS, Spread, absolute_errors, relative_errors
 

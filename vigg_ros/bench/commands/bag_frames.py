@@ -18,8 +18,7 @@ from vigg_ros.bench.frame_cache import LoadedFrame
 from vigg_ros.bench.pairs import PosedFrame
 from vigg_ros.cli.console import UsageError
 from vigg_ros.cli.replay import find_extrinsics, read_truth, requested_topics
-from vigg_ros.registration import Config
-from vigg_ros.registration.errors import DataError
+from vigg_ros.registration import Config, DataError
 from vigg_ros.report.ground_truth import true_trajectory
 from vigg_ros.report.trajectory import Trajectory, interpolate
 from vigg_ros.sensors.stamped_pose import decode_pose

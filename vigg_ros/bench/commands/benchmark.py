@@ -25,9 +25,7 @@ from vigg_ros.bench.growth import GROWTH_REPEATS, INPUT_SIZES, draw_growth, meas
 from vigg_ros.cli.config_arguments import add_config_arguments, choose_config
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
 from vigg_ros.cli.replay import add_extrinsics_argument, add_topic_arguments, find_extrinsics, requested_topics
-from vigg_ros.registration.config import Config
-from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.frame import Frame
+from vigg_ros.registration import Config, DataError, Frame
 from vigg_ros.report.source import BagSource, RefusedMessage, message_roles
 from vigg_ros.sensors.input_decoder import InputDecoder
 from vigg_ros.sensors.observation import StampedPose

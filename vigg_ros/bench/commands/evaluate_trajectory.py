@@ -15,7 +15,7 @@ from vigg_ros.bags.trajectories import read_stamped_poses
 from vigg_ros.bench.commands.bag_frames import poses_of_topic
 from vigg_ros.bench.trajectory_comparison import TrajectoryComparison, compare_trajectories
 from vigg_ros.cli.console import ExitCode, UsageError, positive_float, positive_int, table
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros.report.trajectory_errors import Spread
 

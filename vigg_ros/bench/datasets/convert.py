@@ -19,7 +19,7 @@ from vigg_ros.bench.datasets.kitti import open_kitti
 from vigg_ros.bench.datasets.kitti_raw import open_kitti_raw
 from vigg_ros.bench.datasets.rgbd_folder import open_rgbd_folder
 from vigg_ros.bench.datasets.tum_folder import open_tum
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
 LAYOUTS: dict[str, Callable[..., Dataset]] = {
     "7scenes": open_rgbd_folder,

@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bags.trajectories import DatasetPose
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import BagError
-from vigg_ros.registration.frame import Frame
+from vigg_ros.registration import BagError, Camera, Frame
 from vigg_ros.registration.rigid import inverse
 
 NO_DEPTH_RAW = 65535

@@ -22,7 +22,7 @@ from vigg_ros.messages.encode import (
     encode_transform,
 )
 from vigg_ros.messages.fields import Message
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 
 WORLD_FRAME = "map"
 CAMERA_FRAME = "camera_color_optical_frame"

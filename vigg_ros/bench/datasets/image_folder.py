@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_tum_poses, stamp_of_number
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
 RATE_HZ = 30.0
 DEPTH_SCALE = 1000.0

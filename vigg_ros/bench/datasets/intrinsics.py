@@ -7,8 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vigg_ros.bags.trajectories import read_numbers
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import BagError, DataError
+from vigg_ros.registration import BagError, Camera, DataError
 
 Intrinsics = tuple[float, float, float, float]
 """fx, fy, cx, cy in pixels."""

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from vigg_ros.bags.trajectories import START_NS, DatasetPose, read_numbers, rigid, rows, stamp_in
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import make_camera
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError, Camera
 from vigg_ros.registration.rigid import inverse
 
 SLOP_NS = 50_000_000

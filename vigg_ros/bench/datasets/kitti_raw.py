@@ -31,7 +31,7 @@ from vigg_ros.bench.datasets.kitti import (
     take,
     take_projection,
 )
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 from vigg_ros.registration.rigid import inverse
 
 _EARTH_RADIUS_M = 6_378_137.0

@@ -12,7 +12,7 @@ from pathlib import Path
 from vigg_ros.bags.trajectories import read_stamped_poses, rows, stamp_in
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
 DEPTH_SCALE = 5000.0
 """Depth values a metre."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.bench.worlds.scene import Scene
 from vigg_ros.bench.worlds.surfaces import TexturedSurface
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import ConfigError
 
 Array = NDArray[np.float64]
 Motion = Callable[[float], Pose]

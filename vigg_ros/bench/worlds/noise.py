@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import Camera, ConfigError
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import ConfigError
 
 
 def stamps_ns(count: int, rate_hz: float, start_ns: int) -> NDArray[np.int64]:

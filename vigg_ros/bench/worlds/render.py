@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.bench.worlds.scene import Scene
 from vigg_ros.bench.worlds.surfaces import TexturedSurface
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 
 Window = tuple[slice, slice]
 

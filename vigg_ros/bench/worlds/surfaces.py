@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose, flat, upright, upside_down
 from vigg_ros.bench.worlds.texture import Texture
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import ConfigError
 
 Array = NDArray[np.float64]
 Size = tuple[float, float]

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import ConfigError
 
 _REMAP_COLUMNS = 1024
 """cv2.remap takes no map longer than 32,766 in either direction, so points are folded into rows."""
