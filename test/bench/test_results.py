@@ -39,10 +39,10 @@ def test_no_answer_is_neither_right_nor_wrong():
 def test_what_was_written_is_there_the_next_time(tmp_path):
     path = tmp_path / "pairs.jsonl"
     answered, refused = result(0.1 + 0.2, 1e-9), result(overlap=math.nan)
-    with ResultFile(path) as file:
+    with ResultFile.open(path) as file:
         file.add("a", answered)
         file.add("b", refused)
-    with ResultFile(path) as file:
+    with ResultFile.open(path) as file:
         assert file.get("a") == answered
         again = file.get("b")
         assert again is not None
@@ -53,27 +53,27 @@ def test_what_was_written_is_there_the_next_time(tmp_path):
 
 def test_a_line_that_was_cut_costs_only_itself(tmp_path):
     path = tmp_path / "pairs.jsonl"
-    with ResultFile(path) as file:
+    with ResultFile.open(path) as file:
         file.add("a", result(1, 1))
         file.add("b", result(2, 2))
     path.write_text(path.read_text()[:-20])
-    with ResultFile(path) as file:
+    with ResultFile.open(path) as file:
         assert file.get("a") == result(1, 1)
         assert file.get("b") is None
         file.add("b", result(3, 3))
-    with ResultFile(path) as file:
+    with ResultFile.open(path) as file:
         assert (file.get("a"), file.get("b")) == (result(1, 1), result(3, 3))
 
 
 @pytest.mark.parametrize("line", ["", "{}", "[]", "3", '{"key": "a"}', '{"key": "a", "method": "m", "shoe": 43}'])
 def test_lines_of_something_else_are_left_alone(tmp_path, line):
     (tmp_path / "pairs.jsonl").write_text(line + "\n")
-    with ResultFile(tmp_path / "pairs.jsonl") as file:
+    with ResultFile.open(tmp_path / "pairs.jsonl") as file:
         assert file.get("a") is None
 
 
 def test_a_file_that_cannot_be_written_is_said(tmp_path):
-    with pytest.raises(BagError, match="cannot be written"), ResultFile(tmp_path / "missing" / "pairs.jsonl"):
+    with pytest.raises(BagError, match="cannot be written"), ResultFile.open(tmp_path / "missing" / "pairs.jsonl"):
         raise AssertionError("it was not opened")
     with pytest.raises(BagError, match="cannot be written"):
         write_csv([], tmp_path / "missing" / "pairs.csv")

@@ -26,7 +26,7 @@ PLAN = EvaluationPlan("room", [room_pair(), room_pair(0.0, 0.8)], ["default", "p
 
 def run(plan, path, jobs=1):
     steps = []
-    with ResultFile(path) as file:
+    with ResultFile.open(path) as file:
         return run_plan(plan, file, jobs=jobs, step=lambda: steps.append(1)), len(steps)
 
 
@@ -54,7 +54,7 @@ def test_two_runs_give_the_same_figures_and_a_third_runs_nothing(tmp_path):
 
 
 def test_a_run_is_taken_up_where_it_was_stopped(tmp_path):
-    with ResultFile(tmp_path / "pairs.jsonl") as file:
+    with ResultFile.open(tmp_path / "pairs.jsonl") as file:
         kept = result(0.5, 0.01, method="default")
         file.add(PLAN.keys()["default", PLAN.pairs[0].name], kept)
         assert count_missing(PLAN, file) == 3

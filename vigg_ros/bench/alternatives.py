@@ -142,18 +142,15 @@ def kiss_matcher(task: Task) -> MethodAnswer:
 
     is_depth = isinstance(task.cache.frame(task.pair.target).geometry, DepthMap)
     voxel_m = (2.0 if is_depth else 1.0) * task.config.geometric.voxel_size_m
-
-    target, source, prepared_ms = task.derived(("list", task.config.geometric), partial(_list_points, task))
+    target, source, prepared_ms = task.derived(
+        ("list", task.config.geometric), lambda frame: list(points_in_range(frame, task.config).astype(np.float32))
+    )
     matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(voxel_m))
     solution, solve_ms = timed(lambda: matcher.estimate(source, target))
     T_target_source = np.eye(4)
     T_target_source[:3, :3] = np.asarray(solution.rotation)
     T_target_source[:3, 3] = np.asarray(solution.translation).ravel()
     return _answer(T_target_source, {"points": prepared_ms, "all else": solve_ms}, found=bool(solution.valid))
-
-
-def _list_points(task: Task, frame: Frame) -> list[NDArray[np.float32]]:
-    return list(points_in_range(frame, task.config).astype(np.float32))
 
 
 def fpfh_mac(task: Task) -> MethodAnswer:

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator, Sequence
 
 from vigg_ros.bench.ablations import BASE_METHODS, DEFAULT_METHOD, VARIATIONS, ablation
 from vigg_ros.bench.alternatives import BASELINES
-from vigg_ros.bench.methods import Method, unknown_method
+from vigg_ros.bench.methods import Method
+from vigg_ros.registration import ConfigError
 
 INDOOR_VARIATIONS = ("zone-0.05", "zone-0.1", "zone-0.2")
 OUTDOOR_VARIATIONS = ("zone-0.3", "zone-0.6", "zone-1.2", "within-view")
@@ -29,7 +31,9 @@ def all_names() -> list[str]:
 def find_method(name: str) -> Method:
     """The method of this name. Raises ConfigError."""
     if name not in all_names():
-        raise unknown_method(name, [*all_names(), *METHOD_SETS])
+        close = difflib.get_close_matches(name, [*all_names(), *METHOD_SETS], n=1, cutoff=0.5)
+        hint = f"did you mean {close[0]}?" if close else "see `vigg evaluate methods`"
+        raise ConfigError(f"unknown method {name!r}; {hint}")
     base, _, variation = name.partition(":")
     return BASELINES[name] if name in BASELINES else ablation(base, variation)
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +32,9 @@ def gicp(task: Task, T_start: NDArray[np.float64]) -> MethodAnswer:
 
     voxel_m = task.config.geometric.voxel_size_m
 
-    def prepare(frame: Frame) -> tuple[small_gicp.PointCloud, small_gicp.KdTree]:
-        prepared: tuple[small_gicp.PointCloud, small_gicp.KdTree] = small_gicp.preprocess_points(
-            points_in_range(frame, task.config), downsampling_resolution=voxel_m, num_threads=1
-        )
-        return prepared
+    def prepare(frame: Frame) -> Any:
+        points = points_in_range(frame, task.config)
+        return small_gicp.preprocess_points(points, downsampling_resolution=voxel_m, num_threads=1)
 
     (target, tree), (source, _), prepared_ms = task.derived(("gicp", task.config.geometric), prepare)
     options = {"registration_type": "GICP", "num_threads": 1, "max_iterations": 50}

@@ -6,15 +6,16 @@ from __future__ import annotations
 
 import multiprocessing
 import resource
-import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.bench.frame_cache import timed
 from vigg_ros.registration import Camera, Config, Frame, extract, register
 from vigg_ros.registration.cliques import propose
 from vigg_ros.registration.matches import Matches, no_matches
@@ -56,13 +57,8 @@ def measure_one(what: str, size: int) -> GrowthSample:
     prepare = INPUT_KINDS[what]
     prepare(min(INPUT_SIZES[what]))()  # compiles or loads
     work = prepare(size)
-    durations = []
-    for _ in range(GROWTH_REPEATS):
-        start = time.perf_counter()
-        work()
-        durations.append(time.perf_counter() - start)
-    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return GrowthSample(what, size, 1e3 * min(durations), peak_mb)
+    milliseconds = min(timed(work)[1] for _ in range(GROWTH_REPEATS))
+    return GrowthSample(what, size, milliseconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
 def draw_growth(rows: Sequence[GrowthSample], path: Path) -> None:
@@ -106,7 +102,7 @@ def registration_of(count: int) -> Callable[[], object]:
 
 
 def cliques_of(count: int, right: float = 0.3) -> Callable[[], object]:
-    """Hypotheses of so many visual matches, of which a share is right."""
+    """Hypotheses of so many visual matches, of which a share is right; the worst case is that all are compatible."""
     rng = np.random.default_rng(0)
     target = rng.uniform(-3, 3, (count, 3))
     T_source_target = np.eye(4)
@@ -119,14 +115,9 @@ def cliques_of(count: int, right: float = 0.3) -> Callable[[], object]:
     return lambda: propose(matches, no_matches(), Config().cliques)
 
 
-def complete_graph_of(count: int) -> Callable[[], object]:
-    """The worst case of a clique search: matches that are all compatible with each other."""
-    return cliques_of(count, right=1.0)
-
-
 INPUT_KINDS: dict[str, Callable[[int], Callable[[], object]]] = {
     "points of a scan": registration_of,
     "visual matches, 30 % right": cliques_of,
-    "visual matches, all compatible": complete_graph_of,
+    "visual matches, all compatible": partial(cliques_of, right=1.0),
 }
 INPUT_SIZES = dict(zip(INPUT_KINDS, (POINT_COUNTS, MATCH_COUNTS, MATCH_COUNTS), strict=True))

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import importlib
 import importlib.util
@@ -85,13 +84,6 @@ def require(methods: Sequence[Method]) -> None:
             f"libraries are missing for {names}; install them with: pip install 'vigg_ros[evaluation]', "
             "or leave these methods out of --methods"
         )
-
-
-def unknown_method(name: str, known: Sequence[str]) -> ConfigError:
-    """The error for a method that does not exist."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    hint = f"did you mean {close[0]}?" if close else "see `vigg evaluate methods`"
-    return ConfigError(f"unknown method {name!r}; {hint}")
 
 
 def _is_installed(library: str) -> bool:

@@ -7,10 +7,10 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
 from vigg_ros.registration import BagError
@@ -72,28 +72,27 @@ class PairResult:
 
 
 class ResultFile:
-    """A file of results that only grows. A context manager.
+    """A file of results that only grows.
 
     Each line is keyed by what made it, so that what was measured with other code or options is left alone.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._results = _read(path)
-        self._file: IO[str] | None = None
+    def __init__(self, results: dict[str, PairResult], file: IO[str]) -> None:
+        self._results, self._file = results, file
 
-    def __enter__(self) -> ResultFile:
+    @classmethod
+    @contextmanager
+    def open(cls, path: Path) -> Iterator[ResultFile]:
+        """What is in the file, for the with block. Raises BagError."""
+        results = _read(path)
         try:
-            self._file = self._path.open("a", encoding="utf-8")
+            file = path.open("a", encoding="utf-8")
         except OSError as error:
-            raise BagError(f"{self._path} cannot be written: {error}") from error
-        if self._file.tell():
-            self._file.write("\n")  # ends a line that was cut when the last run was stopped
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        if self._file is not None:
-            self._file.close()
+            raise BagError(f"{path} cannot be written: {error}") from error
+        with file:
+            if file.tell():
+                file.write("\n")  # ends a line that was cut when the last run was stopped
+            yield cls(results, file)
 
     def get(self, key: str) -> PairResult | None:
         """The result under this key, if it is there already."""
@@ -101,7 +100,6 @@ class ResultFile:
 
     def add(self, key: str, result: PairResult) -> None:
         """Append one result; it is on disk when this returns."""
-        assert self._file is not None, "results are added inside the with block"
         self._results[key] = result
         self._file.write(json.dumps({"key": key, **nulled(asdict(result))}) + "\n")
         self._file.flush()

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -116,24 +116,25 @@ def scene_of(kind: str, seed: int) -> Scene:
     return SCENE_KINDS[kind].scene(seed)
 
 
-def rendered_pairs(count: int, seed: int) -> Iterator[FramePair]:
-    """So many pairs of all kinds in turn, the same for the same seed."""
-    return (rendered_pair(number, seed) for number in range(count))
-
-
 def rendered_pair(number: int, seed: int) -> FramePair:
-    """One of the pairs, whatever the others are."""
+    """One of the pairs of a seed: all kinds in turn, the same whatever other pairs are made."""
     cycle = [name for turn in range(2) for name, kind in SCENE_KINDS.items() if kind.share > turn]
     turns, rest = divmod(number, len(cycle))
     kind = cycle[rest]
     earlier = turns * SCENE_KINDS[kind].share + cycle[:rest].count(kind)
     scene_seed = 1000 * seed + earlier // PAIRS_PER_SCENE
-    overlap = OVERLAPS[earlier % len(OVERLAPS)]
-    drawn = _draw(kind, scene_of(kind, scene_seed), overlap, np.random.default_rng((seed, number)))
-    return _pair(kind, scene_seed, drawn, noise_seed=2 * (100000 * seed + number))
+    bounds = OVERLAPS[earlier % len(OVERLAPS)]
+    bodies, overlap = _draw(kind, scene_of(kind, scene_seed), bounds, np.random.default_rng((seed, number)))
+    target, source = (
+        RenderedView(kind, scene_seed, tuple(T_world_body.ravel().tolist()), 2 * (100000 * seed + number) + i)
+        for i, T_world_body in enumerate(bodies)
+    )
+    T_body_points = T_BASE_LIDAR if kind == STREET else np.eye(4)
+    T_target_source = inverse(bodies[0] @ T_body_points) @ bodies[1] @ T_body_points
+    return FramePair(kind, target, source, T_target_source, round(overlap, 3))
 
 
-def _draw(kind: str, scene: Scene, bounds: tuple[float, float], rng: Rng) -> tuple[Pose, Pose, float]:
+def _draw(kind: str, scene: Scene, bounds: tuple[float, float], rng: Rng) -> tuple[list[Pose], float]:
     """Poses of target and source in the world, and their overlap, within the bounds."""
     sampler = VehicleSampler(scene) if kind == STREET else HandheldSampler(scene)
     while True:
@@ -142,16 +143,5 @@ def _draw(kind: str, scene: Scene, bounds: tuple[float, float], rng: Rng) -> tup
             second = sampler.draw_near(first, rng)
             overlap = sampler.overlap(first, second)
             if bounds[0] <= overlap < bounds[1]:
-                target, source = (first, second) if rng.random() < 0.5 else (second, first)
-                return target.T_world_body, source.T_world_body, overlap
-
-
-def _pair(kind: str, scene_seed: int, drawn: tuple[Pose, Pose, float], noise_seed: int) -> FramePair:
-    T_world_target, T_world_source, overlap = drawn
-    T_body_points = T_BASE_LIDAR if kind == STREET else np.eye(4)
-    T_target_source = inverse(T_world_target @ T_body_points) @ T_world_source @ T_body_points
-    target, source = (
-        RenderedView(kind, scene_seed, tuple(pose.ravel().tolist()), noise_seed + i)
-        for i, pose in enumerate((T_world_target, T_world_source))
-    )
-    return FramePair(kind, target, source, T_target_source, round(overlap, 3))
+                views = (first, second) if rng.random() < 0.5 else (second, first)
+                return [view.T_world_body for view in views], overlap

@@ -62,17 +62,13 @@ class Batch:
     pairs: Sequence[tuple[FramePair, Sequence[str]]]
 
 
-Step = Callable[[], None]
-"""Called after each new result."""
-
-
 def count_missing(plan: EvaluationPlan, file: ResultFile) -> int:
     """How many results of the plan are not in the file yet."""
     return sum(file.get(key) is None for key in plan.keys().values())
 
 
-def run_plan(plan: EvaluationPlan, file: ResultFile, *, jobs: int, step: Step) -> list[PairResult]:
-    """All results in the order of methods and pairs; new ones are appended to the file as they come.
+def run_plan(plan: EvaluationPlan, file: ResultFile, *, jobs: int, step: Callable[[], None]) -> list[PairResult]:
+    """All results in the order of methods and pairs; each new one is appended to the file, then step is called.
 
     Each process keeps to one core, which makes the times of methods comparable and the answers of libraries
     repeatable. Raises ViggError when a process died.
@@ -125,16 +121,14 @@ def _answered(batches: Sequence[Batch], jobs: int) -> Iterator[tuple[PairResult,
 def one_thread_each() -> Iterator[None]:
     """Processes started inside the block load their linear algebra for one thread."""
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
+    before = {name: os.environ[name] for name in names if name in os.environ}
     os.environ.update(dict.fromkeys(names, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in names:
+            del os.environ[name]
+        os.environ.update(before)
 
 
 def keep_to_core(cores: multiprocessing.Queue[int]) -> None:

@@ -47,7 +47,6 @@ Times = dict[str, list[float]]
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg benchmark``."""
     parser.add_argument("bag", nargs="?", help="a recording of at least a few frames")
     parser.add_argument("--frames", type=positive_int, default=60, help="measured at most (default: %(default)s)")
     parser.add_argument("--profile", action="store_true", help="name the functions that take the most time themselves")

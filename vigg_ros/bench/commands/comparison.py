@@ -77,7 +77,7 @@ def run_comparisons(comparisons: Sequence[Comparison], arguments: Namespace) -> 
     plans = [comparison.plan for comparison in comparisons]
     with (
         TemporaryDirectory() as scratch,
-        ResultFile((folder or Path(scratch)) / RESULTS_FILE) as file,
+        ResultFile.open((folder or Path(scratch)) / RESULTS_FILE) as file,
         Progress("results", sum(count_missing(plan, file) for plan in plans)) as progress,
     ):
         results = [run_plan(plan, file, jobs=arguments.jobs, step=progress.step) for plan in plans]

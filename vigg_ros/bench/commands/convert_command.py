@@ -12,7 +12,6 @@ from vigg_ros.cli.console import ExitCode, Progress, add_examples, positive_floa
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg convert``."""
     parser.add_argument("layout", choices=list(LAYOUTS), help="how the folder is arranged")
     parser.add_argument("folder", help="the data set")
     parser.add_argument("-o", "--output", required=True, metavar="BAG", help="the bag to write; it must not exist")

@@ -19,7 +19,6 @@ EVALUATIONS = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg evaluate``."""
     parts = parser.add_subparsers(dest="part", required=True, metavar="WHAT")
     for name, text in EVALUATIONS.items():
         part = parts.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")

@@ -24,7 +24,6 @@ BAG = "bag"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg evaluate pairs``."""
     parser.add_argument("layout", choices=[*LAYOUTS, BAG], help="how the folder is arranged")
     parser.add_argument("folder", help="the data set, or the bag")
     parser.add_argument("--protocol", choices=list(PAIR_PROTOCOLS), help="the paper's choice of pairs for a data set")

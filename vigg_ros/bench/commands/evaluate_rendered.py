@@ -9,7 +9,7 @@ from argparse import ArgumentParser, Namespace
 from vigg_ros.bench.commands.comparison import Comparison, add_comparison_arguments, method_names, run_comparisons
 from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
 from vigg_ros.bench.pairs import FramePair
-from vigg_ros.bench.rendered_pairs import OVERLAPS, STREET, rendered_pairs
+from vigg_ros.bench.rendered_pairs import OVERLAPS, STREET, rendered_pair
 from vigg_ros.bench.runner import EvaluationPlan
 from vigg_ros.cli.config_arguments import load_config
 from vigg_ros.cli.console import ExitCode, Progress, add_examples, positive_int
@@ -19,7 +19,6 @@ SCENE_GROUPS = {"rooms": ("rgbd", INDOOR_LIMITS), "streets": ("lidar", OUTDOOR_L
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg evaluate rendered``."""
     parser.add_argument("--pairs", type=positive_int, default=200, help="of all kinds (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of places, motions and noise (default: %(default)s)")
     add_comparison_arguments(parser, presets=False)
@@ -51,7 +50,8 @@ def draw(count: int, seed: int) -> dict[str, list[FramePair]]:
     """The pairs of rooms and of streets; about half a second each."""
     pairs: dict[str, list[FramePair]] = {name: [] for name in SCENE_GROUPS}
     with Progress("pairs drawn", count) as progress:
-        for pair in rendered_pairs(count, seed):
+        for number in range(count):
+            pair = rendered_pair(number, seed)
             pairs["streets" if pair.group == STREET else "rooms"].append(pair)
             progress.step()
     return pairs

@@ -24,7 +24,6 @@ FRAMES_FILE = "frames.csv"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg evaluate trajectory``."""
     parser.add_argument("estimate", help="a TUM file (stamp x y z qx qy qz qw), or a bag with poses")
     parser.add_argument("reference", help="the truth: a TUM file, or a bag with poses")
     parser.add_argument("--topic", help="of the estimate's bag, where it holds several topics with poses")

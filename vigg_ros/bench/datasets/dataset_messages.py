@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vigg_ros.bags.trajectories import DatasetPose
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, load_depth_raw, load_image, load_scan
 from vigg_ros.messages.encode import (
     encode_camera_info,
@@ -52,7 +53,12 @@ def dataset_messages(dataset: Dataset) -> list[PlannedMessage]:
     Colour as bgr8 with a CameraInfo each; depth as 16UC1 millimetres if the data set has these, else as
     32FC1 metres, which lose nothing; scans with intensity; the pose of the camera or LiDAR in ``map``.
     """
-    planned = [*_images(dataset), *_depths(dataset), *_scans(dataset), *_poses(dataset)]
+    planned = [
+        *_images(dataset),
+        *(PlannedMessage(file.stamp_ns, DEPTH_TOPIC, partial(_depth, dataset, file)) for file in dataset.depths),
+        *(PlannedMessage(file.stamp_ns, POINTS_TOPIC, partial(_points, file)) for file in dataset.scans),
+        *(PlannedMessage(pose.stamp_ns, GROUND_TRUTH_TOPIC, partial(_pose, pose)) for pose in dataset.poses),
+    ]
     planned.sort(key=lambda message: message.stamp_ns)
     if dataset.T_lidar_camera is None:
         return planned
@@ -70,22 +76,6 @@ def _images(dataset: Dataset) -> Iterator[PlannedMessage]:
         yield PlannedMessage(file.stamp_ns, topic, partial(_image, camera, file))
 
 
-def _depths(dataset: Dataset) -> Iterator[PlannedMessage]:
-    for file in dataset.depths:
-        yield PlannedMessage(file.stamp_ns, DEPTH_TOPIC, partial(_depth, dataset, file))
-
-
-def _scans(dataset: Dataset) -> Iterator[PlannedMessage]:
-    for file in dataset.scans:
-        yield PlannedMessage(file.stamp_ns, POINTS_TOPIC, partial(_points, file))
-
-
-def _poses(dataset: Dataset) -> Iterator[PlannedMessage]:
-    for pose in dataset.poses:
-        make = partial(encode_pose, pose.T_world_sensor, stamp_ns=pose.stamp_ns, frame_id=WORLD_FRAME)
-        yield PlannedMessage(pose.stamp_ns, GROUND_TRUTH_TOPIC, make)
-
-
 def _image(camera: Camera, file: DatasetFile) -> Message:
     return encode_image(load_image(file.path, camera), stamp_ns=file.stamp_ns, frame_id=CAMERA_FRAME)
 
@@ -95,6 +85,10 @@ def _depth(dataset: Dataset, file: DatasetFile) -> Message:
     if dataset.depth_unit_m != 0.001:
         depth = depth * np.float32(dataset.depth_unit_m)
     return encode_image(depth, stamp_ns=file.stamp_ns, frame_id=CAMERA_FRAME)
+
+
+def _pose(pose: DatasetPose) -> Message:
+    return encode_pose(pose.T_world_sensor, stamp_ns=pose.stamp_ns, frame_id=WORLD_FRAME)
 
 
 def _static_transform(T_lidar_camera: NDArray[np.float64], stamp_ns: int) -> Message:

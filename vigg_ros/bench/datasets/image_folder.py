@@ -51,8 +51,9 @@ def open_image_folder(
             f"{folder} holds {len(colours)} colour and {len(depths)} depth images; expected folders color "
             "and depth, or both words in the names, with a number at the end"
         )
+    intrinsics = intrinsics or find_intrinsics(folder)
     if intrinsics is None:
-        intrinsics = _read_intrinsics(folder)
+        raise BagError(f"{folder} has no camera-intrinsics.txt; write one (3x3), or give fx fy cx cy")
     rows = _read_poses(folder)
     numbers = sorted({*colours, *depths}, key=Decimal)
     pose_stamps = _pose_stamps(numbers, rows, rate_hz)
@@ -104,13 +105,6 @@ def _files(paths: Mapping[str, Path], stamps: Mapping[str, int]) -> tuple[Datase
         DatasetFile(int(number) if _is_frame_number(number) else place, stamps[number], paths[number])
         for place, number in enumerate(ordered)
     )
-
-
-def _read_intrinsics(folder: Path) -> Intrinsics:
-    found = find_intrinsics(folder)
-    if found is None:
-        raise BagError(f"{folder} has no camera-intrinsics.txt; write one (3x3), or give fx fy cx cy")
-    return found[0]
 
 
 def _read_poses(folder: Path) -> list[PoseRow]:

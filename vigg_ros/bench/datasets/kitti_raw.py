@@ -117,13 +117,9 @@ def _spanning(files: Sequence[DatasetFile], first_ns: int, last_ns: int) -> Sequ
     return ordered[begin : bisect_left(stamps_ns, last_ns) + 1]
 
 
-def _has_position(packet: NDArray[np.float64]) -> bool:
-    return packet.size >= 6 and bool(np.isfinite(packet[:6]).all()) and abs(packet[0]) < 90
-
-
 def _imu_poses(packets: list[NDArray[np.float64]], where: Path) -> list[NDArray[np.float64]]:
     """East-north-up poses (4, 4) of packets ``lat lon alt roll pitch yaw ..`` by the kit's Mercator scale."""
-    if not all(map(_has_position, packets)):
+    if not all(packet.size >= 6 and np.isfinite(packet[:6]).all() and abs(packet[0]) < 90 for packet in packets):
         raise BagError(f"{where}: an oxts packet has no position; expected lat lon alt roll pitch yaw ..")
     scale = math.cos(math.radians(packets[0][0]))
     poses = []

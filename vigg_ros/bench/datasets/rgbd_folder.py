@@ -96,11 +96,9 @@ def _intrinsics(
     sequence: Path, folder: Path, given: Intrinsics | None, size: tuple[int, int]
 ) -> tuple[Intrinsics, str]:
     """The intrinsics and a note, if one is due. 3DMatch keeps them beside its sequences."""
-    if given is not None:
-        return given, ""
-    found = find_intrinsics(sequence, folder, sequence.parent)
+    found = given or find_intrinsics(sequence, folder, sequence.parent)
     if found is not None:
-        return found[0], ""
+        return found, ""
     if size != (640, 480):
         raise BagError(
             f"{folder} has no camera-intrinsics.txt, and its images are {size[0]}x{size[1]} and not the "

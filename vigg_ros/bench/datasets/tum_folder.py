@@ -29,14 +29,12 @@ def open_tum(folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale:
     images, depths = _read_list(folder / "rgb.txt"), _read_list(folder / "depth.txt")
     truth = folder / "groundtruth.txt"
     notes = [] if truth.is_file() else ["no groundtruth.txt: the recording has no poses"]
+    intrinsics = intrinsics or find_intrinsics(folder)
     if intrinsics is None:
-        found = find_intrinsics(folder)
-        intrinsics = DEFAULT_INTRINSICS if found is None else found[0]
-        if found is None:
-            notes.append("no intrinsics file: taken as 525 525 319.5 239.5 px, as the benchmark recommends")
+        notes.append("no intrinsics file: taken as 525 525 319.5 239.5 px, as the benchmark recommends")
     return Dataset(
         name=folder.name,
-        camera=make_camera(image_size(depths[0].path), intrinsics),
+        camera=make_camera(image_size(depths[0].path), intrinsics or DEFAULT_INTRINSICS),
         images=images,
         depths=depths,
         poses=read_stamped_poses(truth) if truth.is_file() else (),
