@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench import methods
-from vigg_ros.bench.alternatives import BASELINES
+from vigg_ros.bench.alternatives import BASELINES, refine_truth
 from vigg_ros.bench.catalogue import find_method
-from vigg_ros.bench.clouds import refine_truth
 from vigg_ros.bench.frame_cache import FrameCache, LoadedFrame
 from vigg_ros.bench.pairs import FramePair
 from vigg_ros.registration import Config, ConfigError

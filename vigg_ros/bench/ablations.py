@@ -55,6 +55,11 @@ class Variation:
         return self.noise_m > 0 or self.only_true_cliques or self.guide != "vgm"
 
 
+def _sweep(name: str, what: str, option: str, *values: float) -> dict[str, Variation]:
+    """A variation for each value of an option."""
+    return {f"{name}-{value:g}": Variation(what.format(f"{value:g}"), {option: value}) for value in values}
+
+
 VARIATIONS = {
     "no-guidance": Variation(
         "cliques chosen by visual matches alone, and no local matching",
@@ -68,19 +73,10 @@ VARIATIONS = {
     "refit": Variation("post-refinement on all global matches in place of local matching", guide="refit"),
     "icp": Variation("point-to-point ICP in place of local matching", guide="icp"),
     "within-view": Variation("scans clipped to the camera's view", within_view=True),
-    **{f"iterations-{n}": Variation(f"{n} rounds of local matching", {"local_match.iterations": n}) for n in (0, 3, 5)},
-    **{
-        f"gamma2-{n}": Variation(f"zones of gamma^2 = {n}", {"local_match.gamma_squared": float(n)})
-        for n in (2, 5, 10, 20)
-    },
-    **{
-        f"zone-{n}": Variation(f"zones of {n} m always", {"local_match.fixed_zone_m": n})
-        for n in (0.05, 0.1, 0.2, 0.3, 0.6, 1.2)
-    },
-    **{
-        f"sample-{n}": Variation(f"{n} sampled source points", {"geometric.sample_k": n})
-        for n in (1000, 2500, 5000, 10000)
-    },
+    **_sweep("iterations", "{} rounds of local matching", "local_match.iterations", 0, 3, 5),
+    **_sweep("gamma2", "zones of gamma^2 = {}", "local_match.gamma_squared", 2.0, 5.0, 10.0, 20.0),
+    **_sweep("zone", "zones of {} m always", "local_match.fixed_zone_m", 0.05, 0.1, 0.2, 0.3, 0.6, 1.2),
+    **_sweep("sample", "{} sampled source points", "geometric.sample_k", 1000, 2500, 5000, 10000),
 }
 """The paper's ablations, by name."""
 
@@ -181,12 +177,9 @@ def with_noise(matches: Matches, sigma_m: float, *, seed: int) -> Matches:
 
 def near_truth(hypotheses: Hypotheses, T_true: NDArray[np.float64], threshold_m: float) -> Hypotheses:
     """The hypotheses that are nearly right."""
-    rows = [
-        i
-        for i, T in enumerate(hypotheses.T_target_source)
-        if rotation_error_deg(T, T_true) < TRUE_CLIQUE_DEG
-        and translation_error_m(T, T_true) < TRUE_CLIQUE_THRESHOLDS * threshold_m
-    ]
+    limit_m = TRUE_CLIQUE_THRESHOLDS * threshold_m
+    errors = [(rotation_error_deg(T, T_true), translation_error_m(T, T_true)) for T in hypotheses.T_target_source]
+    rows = [i for i, (angle_deg, shift_m) in enumerate(errors) if angle_deg < TRUE_CLIQUE_DEG and shift_m < limit_m]
     return Hypotheses(hypotheses.T_target_source[rows], hypotheses.score[rows])
 
 

@@ -5,19 +5,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bench.clouds import REACH_VOXELS, floor, gicp_from_rest, points_in_range
 from vigg_ros.bench.frame_cache import timed, timed_stages
 from vigg_ros.bench.methods import Method, MethodAnswer, Task
-from vigg_ros.registration import Frame
+from vigg_ros.bench.pairs import FramePair
+from vigg_ros.registration import Config, Frame
 from vigg_ros.registration.cliques import propose
 from vigg_ros.registration.config import PAPER
-from vigg_ros.registration.geometric import match_global
+from vigg_ros.registration.geometric import match_global, rows_in_range
 from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.local_match import refit
 from vigg_ros.registration.matches import no_matches
@@ -25,8 +26,17 @@ from vigg_ros.registration.matches import no_matches
 FEATURE_VOXELS = 2.0
 """Grid of Open3D's global methods, in voxels: 5 cm for depth images, as its tutorial has it, 60 cm for scans."""
 
+REACH_VOXELS = 4.0
+"""How far from a point ICP looks for its counterpart."""
+
 NO_ANSWER = "NO_ANSWER"
 """What a library gives no more reason for."""
+
+
+def points_in_range(frame: Frame, config: Config) -> NDArray[np.float64]:
+    """The points (N, 3) that our method would use too."""
+    points = frame.points()
+    return points[rows_in_range(points, config.geometric)].astype(np.float64)
 
 
 def cloud_with_normals(task: Task, voxel_m: float, frame: Frame) -> Any:
@@ -97,6 +107,43 @@ def icp(task: Task, *, to_plane: bool) -> MethodAnswer:
     reach_m = REACH_VOXELS * voxel_m
     result, align_ms = timed(lambda: kit.registration_icp(source, target, reach_m, np.eye(4), estimation))
     return _answer(result.transformation, {"clouds": prepared_ms, "alignment": align_ms}, found=result.fitness > 0)
+
+
+def gicp(task: Task, T_start: NDArray[np.float64]) -> MethodAnswer:
+    """GICP from a first guess, on one thread. It always answers."""
+    import small_gicp
+
+    voxel_m = task.config.geometric.voxel_size_m
+
+    def prepare(frame: Frame) -> Any:
+        points = points_in_range(frame, task.config)
+        return small_gicp.preprocess_points(points, downsampling_resolution=voxel_m, num_threads=1)
+
+    (target, tree), (source, _), prepared_ms = task.derived(("gicp", task.config.geometric), prepare)
+    options = {"registration_type": "GICP", "num_threads": 1, "max_iterations": 50}
+    reach_m = REACH_VOXELS * voxel_m
+    result, align_ms = timed(
+        lambda: small_gicp.align(
+            target, source, tree, init_T_target_source=T_start, max_correspondence_distance=reach_m, **options
+        )
+    )
+    return MethodAnswer(np.asarray(result.T_target_source), "", {"clouds": prepared_ms, "alignment": align_ms})
+
+
+def gicp_from_rest(task: Task) -> MethodAnswer:
+    return gicp(task, np.eye(4))
+
+
+def floor(task: Task) -> MethodAnswer:
+    """GICP from the true motion: how far the truth is from what the depth itself says."""
+    return gicp(task, task.pair.T_target_source)
+
+
+def refine_truth(task: Task) -> FramePair:
+    """The pair with its true motion refined by GICP, as is usual for KITTI."""
+    refined = floor(task)
+    assert refined.T_target_source is not None, "GICP always answers"
+    return replace(task.pair, T_target_source=refined.T_target_source)
 
 
 def rgbd_odometry(task: Task) -> MethodAnswer:
@@ -176,7 +223,7 @@ def _answer(T_target_source: NDArray[np.float64], timings_ms: dict[str, float], 
     return MethodAnswer(np.array(T_target_source, np.float64), "", timings_ms)
 
 
-_CODE = (__name__, "vigg_ros.bench.clouds", "vigg_ros.bench.frame_cache")
+_CODE = (__name__, "vigg_ros.bench.frame_cache")
 _CLIQUE_CODE = (__name__, "vigg_ros.registration")
 
 BASELINES = {

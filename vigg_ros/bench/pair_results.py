@@ -54,7 +54,6 @@ class PairResult:
 
     @property
     def is_answered(self) -> bool:
-        """Whether there is a transform."""
         return not self.reason
 
     def is_right(self, limits: Limits) -> bool:
@@ -67,7 +66,6 @@ class PairResult:
 
     @property
     def total_ms(self) -> float:
-        """The time of all stages."""
         return sum(self.timings_ms.values())
 
 

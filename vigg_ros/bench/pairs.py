@@ -72,9 +72,8 @@ def posed_frames(dataset: Dataset) -> list[PosedFrame]:
 def choose(frames: Sequence[PosedFrame], protocol: PairProtocol) -> Iterator[FramePair]:
     """The pairs of the protocol, where both frames have a pose."""
     if protocol.apart_m > 0:
-        yield from pairs_apart(frames, protocol.apart_m)
-    else:
-        yield from pairs_at(frames, protocol.gaps, protocol.every)
+        return pairs_apart(frames, protocol.apart_m)
+    return pairs_at(frames, protocol.gaps, protocol.every)
 
 
 def pairs_at(frames: Sequence[PosedFrame], gaps: Sequence[int], every: int) -> Iterator[FramePair]:

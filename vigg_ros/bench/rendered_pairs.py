@@ -95,7 +95,6 @@ class RenderedView:
         return f"{self.kind} {self.scene_seed}.{self.noise_seed}"
 
     def load(self) -> Frame:
-        """Renders it."""
         pose = np.array(self.T_world_body).reshape(4, 4)
         scene, rng = scene_of(self.kind, self.scene_seed), np.random.default_rng(self.noise_seed)
         kind = SCENE_KINDS[self.kind]

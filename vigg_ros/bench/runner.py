@@ -17,8 +17,8 @@ from itertools import islice
 
 import cv2
 
+from vigg_ros.bench.alternatives import refine_truth
 from vigg_ros.bench.catalogue import find_method
-from vigg_ros.bench.clouds import refine_truth
 from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.methods import MethodAnswer, Task
 from vigg_ros.bench.pair_results import PairResult, ResultFile

@@ -42,6 +42,8 @@ MAX_PROFILED = 15
 DECODED_MESSAGES = 20
 """Messages of each topic that are decoded."""
 
+SIFT_ALONE = "SIFT alone"
+
 Times = dict[str, list[float]]
 """Milliseconds by name."""
 
@@ -73,7 +75,7 @@ def run(arguments: Namespace) -> ExitCode:
     if len(frames) <= WARM_UP_FRAMES:
         raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP_FRAMES}")
     profile = cProfile.Profile() if arguments.profile else None
-    stages, sift_ms = time_frames(frames, config, profile)
+    stages = time_frames(frames, config, profile)
     machine = describe_machine()
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     for note in chosen.notes:
@@ -81,7 +83,7 @@ def run(arguments: Namespace) -> ExitCode:
     measured = len(frames) - WARM_UP_FRAMES
     print(f"{measured} frames; configuration {chosen.source}")
     print(f"{machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
-    print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
+    print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(stages[SIFT_ALONE])))]))
     if profile is not None:
         print()
         print(table([("function", "calls per frame", "own ms per frame"), *_hottest(profile, measured)]))
@@ -112,10 +114,8 @@ def run_growth(plot: str | None) -> ExitCode:
         for row in measure():
             rows.append(row)
             progress.step()
-    machine = describe_machine()
-    print(
-        f"{machine['cores']} cores of {machine['processor']}; the least of {GROWTH_REPEATS} runs, each in a new process"
-    )
+    machine, runs = describe_machine(), f"the least of {GROWTH_REPEATS} runs, each in a new process"
+    print(f"{machine['cores']} cores of {machine['processor']}; {runs}")
     lines = ((row.what, str(row.size), f"{row.milliseconds:.1f}", f"{row.peak_mb:.0f}") for row in rows)
     print(table([("input", "size", "ms", "peak MB"), *lines]))
     if plot is not None:
@@ -126,13 +126,10 @@ def run_growth(plot: str | None) -> ExitCode:
     return ExitCode.OK
 
 
-def time_frames(
-    frames: list[Frame], config: Config, profile: cProfile.Profile | None = None
-) -> tuple[Times, list[float]]:
+def time_frames(frames: list[Frame], config: Config, profile: cProfile.Profile | None = None) -> Times:
     """Stages of each step after the warm-up, and SIFT alone on the same image in the same moment."""
     registrar = Registrar(config)
     stages: Times = defaultdict(list)
-    sift_ms = []
     with Progress("frames", len(frames)) as progress:
         for number, frame in enumerate(frames):
             grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
@@ -141,10 +138,9 @@ def time_frames(
                 estimate, total_ms = timed(partial(registrar.step, frame))
             progress.step()
             if number >= WARM_UP_FRAMES:
-                sift_ms.append(alone_ms)
-                for stage, ms in (*estimate.timings_ms.items(), ("whole step", total_ms), ("SIFT alone", alone_ms)):
+                for stage, ms in (*estimate.timings_ms.items(), ("whole step", total_ms), (SIFT_ALONE, alone_ms)):
                     stages[stage].append(ms)
-    return stages, sift_ms
+    return stages
 
 
 def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Times:

@@ -28,6 +28,4 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> ExitCode:
-    """Run the wanted part."""
-    code: ExitCode = arguments.run_part(arguments)
-    return code
+    return ExitCode(arguments.run_part(arguments))

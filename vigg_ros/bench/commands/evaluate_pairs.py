@@ -51,14 +51,8 @@ def run(arguments: Namespace) -> ExitCode:
     frames, outdoor = _frames(arguments, config, protocol)
     pairs = _pairs(arguments, frames, protocol)
     methods = method_names(arguments, outdoor=outdoor)
-    plan = EvaluationPlan(
-        str(Path(arguments.folder).resolve()),
-        pairs,
-        methods,
-        config,
-        within_view=arguments.within_view,
-        refine_truth=protocol.refine_truth,
-    )
+    subject, refine = str(Path(arguments.folder).resolve()), protocol.refine_truth
+    plan = EvaluationPlan(subject, pairs, methods, config, within_view=arguments.within_view, refine_truth=refine)
     return run_comparisons([Comparison("pairs", plan, OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS)], arguments)
 
 
@@ -83,10 +77,8 @@ def _frames(arguments: Namespace, config: Config, protocol: PairProtocol) -> tup
         return posed_frames(dataset), bool(dataset.scans)
     if protocol.apart_m > 0:
         raise UsageError("pairs of a bag are chosen by --gaps in frames; --apart is for data set folders")
-    offsets = (0, *protocol.gaps)
-    frames = posed_frames_of_bag(
-        arguments, config, lambda number: any((number - offset) % protocol.every == 0 for offset in offsets)
-    )
+    rests = {offset % protocol.every for offset in (0, *protocol.gaps)}
+    frames = posed_frames_of_bag(arguments, config, lambda number: number % protocol.every in rests)
     return frames, any(isinstance(frame.frame.load().geometry, ProjectedScan) for frame in frames[:1])
 
 

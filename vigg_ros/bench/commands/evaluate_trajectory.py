@@ -28,9 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("reference", help="the truth: a TUM file, or a bag with poses")
     parser.add_argument("--topic", help="of the estimate's bag, where it holds several topics with poses")
     parser.add_argument("--reference-topic", metavar="TOPIC", help="of the reference's bag")
-    parser.add_argument(
-        "--slop", type=positive_float, default=0.02, help="how far stamps may lie apart, in s (default: %(default)s)"
-    )
+    parser.add_argument("--slop", type=positive_float, default=0.02, help="between stamps, in s (default: %(default)s)")
     parser.add_argument("--delta", type=positive_int, default=1, help="frames that RPE spans (default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", help="write the figures there too")
 

@@ -48,7 +48,6 @@ class DatasetFrame:
 
     @property
     def name(self) -> str:
-        """Its number."""
         return str(self.number)
 
     def load(self) -> Frame:
@@ -99,10 +98,11 @@ class Dataset:
         Two images never share a depth image: the nearest of both keeps it.
         """
         others = self.scans or self.depths
-        pairs = mutual_nearest(_stamps(self.images), _stamps(others), self.slop_ns)
+        images_ns, others_ns = ([file.stamp_ns for file in files] for files in (self.images, others))
+        pairs = mutual_nearest(images_ns, others_ns, self.slop_ns)
         # Results are in the frame of the points; so with scans it is the scan's stamp that counts.
         timed = [others[other] if self.scans else self.images[index] for index, other in pairs]
-        poses = nearest(_stamps(timed), [pose.stamp_ns for pose in self.poses], self.slop_ns)
+        poses = nearest([file.stamp_ns for file in timed], [pose.stamp_ns for pose in self.poses], self.slop_ns)
         return tuple(
             self._frame(self.images[index], others[other], file.stamp_ns, pose)
             for (index, other), file, pose in zip(pairs, timed, poses, strict=True)
@@ -120,10 +120,6 @@ class Dataset:
             T_world_sensor=None if pose is None else self.poses[pose].T_world_sensor,
             T_lidar_camera=self.T_lidar_camera,
         )
-
-
-def _stamps(files: Sequence[DatasetFile]) -> list[int]:
-    return [file.stamp_ns for file in files]
 
 
 def nearest(stamps_ns: Sequence[int], others_ns: Sequence[int], slop_ns: int) -> list[int | None]:

@@ -75,15 +75,11 @@ def _find_images(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
     if not folder.is_dir():
         raise BagError(f"{folder} is no folder; expected one with colour and depth images")
     paths = [path for path in (*folder.glob("*"), *folder.glob("*/*")) if _IMAGE.search(path.name)]
-    depths = [path for path in paths if _DEPTH_WORD.search(_telling_name(path, folder))]
-    rest = [path for path in paths if not _DEPTH_WORD.search(_telling_name(path, folder))]
-    colours = [path for path in rest if _COLOUR_WORD.search(_telling_name(path, folder))]
+    # What tells colour from depth is the subfolder's name, else the file's own.
+    names = {path: path.name if path.parent == folder else path.parent.name for path in paths}
+    depths = [path for path in paths if _DEPTH_WORD.search(names[path])]
+    colours = [path for path in paths if _COLOUR_WORD.search(names[path]) and not _DEPTH_WORD.search(names[path])]
     return _by_number(colours), _by_number(depths)
-
-
-def _telling_name(path: Path, folder: Path) -> str:
-    """What tells colour from depth: the subfolder's name, else the file's own."""
-    return path.name if path.parent == folder else path.parent.name
 
 
 def _by_number(paths: Iterable[Path]) -> dict[str, Path]:

@@ -20,17 +20,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.bags.trajectories import NS_PER_S, DatasetPose, read_numbers, rows
+from vigg_ros.bench.datasets import kitti
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
-from vigg_ros.bench.datasets.kitti import (
-    SLOP_NS,
-    camera_offset,
-    read_calibration,
-    rectified_camera,
-    rigid_or_refuse,
-    stamped_files,
-    take,
-    take_projection,
-)
 from vigg_ros.registration import BagError
 from vigg_ros.registration.rigid import inverse
 
@@ -40,30 +31,32 @@ _EARTH_RADIUS_M = 6_378_137.0
 def open_kitti_raw(folder: Path) -> Dataset:
     """The drive in this folder. Raises BagError when a part is missing or the images are not rectified."""
     images, scans = _stamped(folder / "image_02", ".png"), _stamped(folder / "velodyne_points", ".bin")
-    cameras = read_calibration(_find(folder, "calib_cam_to_cam.txt"))
-    P = take_projection(cameras, "P_rect_02", folder)
+    cameras = kitti.read_calibration(_find(folder, "calib_cam_to_cam.txt"))
+    P = kitti.take_projection(cameras, "P_rect_02", folder)
     size = image_size(images[0].path)
-    if size != tuple(take(cameras, "S_rect_02", 2, folder).astype(int)):
+    if size != tuple(kitti.take(cameras, "S_rect_02", 2, folder).astype(int)):
         raise BagError(f"{folder}: images of {size[0]}x{size[1]} are not the rectified ones; get the _sync drive")
     R_rect = np.eye(4)
-    R_rect[:3, :3] = take(cameras, "R_rect_00", 9, folder).reshape(3, 3)
+    R_rect[:3, :3] = kitti.take(cameras, "R_rect_00", 9, folder).reshape(3, 3)
     T_camera0_lidar = _rotation_translation(folder, "calib_velo_to_cam.txt")
     poses, note = _read_poses(folder, [file.stamp_ns for file in (*images, *scans)])
     return Dataset(
         name=folder.name,
-        camera=rectified_camera(size, P),
+        camera=kitti.rectified_camera(size, P),
         images=images,
         scans=scans,
         poses=poses,
-        T_lidar_camera=inverse(rigid_or_refuse(camera_offset(P) @ R_rect @ T_camera0_lidar, f"{folder}: R_rect_00")),
-        slop_ns=SLOP_NS,
+        T_lidar_camera=inverse(
+            kitti.rigid_or_refuse(kitti.camera_offset(P) @ R_rect @ T_camera0_lidar, f"{folder}: R_rect_00")
+        ),
+        slop_ns=kitti.SLOP_NS,
         notes=(note,) if note else (),
     )
 
 
 def _stamped(folder: Path, suffix: str) -> tuple[DatasetFile, ...]:
     """The files of a sensor; some drives lack a few scans."""
-    return stamped_files(folder / "data", suffix, _read_timestamps(folder / "timestamps.txt"))
+    return kitti.stamped_files(folder / "data", suffix, _read_timestamps(folder / "timestamps.txt"))
 
 
 def _read_timestamps(path: Path) -> list[int]:
@@ -89,11 +82,11 @@ def _find(folder: Path, name: str) -> Path:
 
 def _rotation_translation(folder: Path, name: str) -> NDArray[np.float64]:
     path = _find(folder, name)
-    calibration = read_calibration(path)
+    calibration = kitti.read_calibration(path)
     T = np.eye(4)
-    T[:3, :3] = take(calibration, "R", 9, path).reshape(3, 3)
-    T[:3, 3] = take(calibration, "T", 3, path)
-    return rigid_or_refuse(T, str(path))
+    T[:3, :3] = kitti.take(calibration, "R", 9, path).reshape(3, 3)
+    T[:3, 3] = kitti.take(calibration, "T", 3, path)
+    return kitti.rigid_or_refuse(T, str(path))
 
 
 def _read_poses(folder: Path, used_ns: Sequence[int]) -> tuple[tuple[DatasetPose, ...], str]:

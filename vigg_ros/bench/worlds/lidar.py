@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.bench.worlds.scene import Scene
-from vigg_ros.bench.worlds.surfaces import TexturedSurface
+from vigg_ros.bench.worlds.surfaces import Array, TexturedSurface
 from vigg_ros.registration import ConfigError
 
-Array = NDArray[np.float64]
 Motion = Callable[[float], Pose]
 """T_world_lidar at a time, seconds relative to the moment the beams point forward."""
 

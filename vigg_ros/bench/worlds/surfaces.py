@@ -57,10 +57,7 @@ class Rectangle:
         _check_lengths(*self.size_m)
 
     def corners(self) -> Array:
-        x_m, y_m = self.size_m[0] / 2, self.size_m[1] / 2
-        return _to_world(
-            self.T_world_surface, np.array([[-x_m, -y_m, 0], [x_m, -y_m, 0], [x_m, y_m, 0], [-x_m, y_m, 0]])
-        )
+        return _to_world(self.T_world_surface, _CUBE * (self.size_m[0] / 2, self.size_m[1] / 2, 0))
 
     def ranges(self, origins: Array, directions: Array) -> Array:
         origin = _to_local(self.T_world_surface, origins)
