@@ -11,33 +11,35 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vigg_ros.bench.worlds import HandheldLoop, Scene, render_depth, render_image, render_rgbd, room
+from vigg_ros.bench.worlds import HandheldLoop, render_depth, render_image, render_rgbd, room
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at, upright
 from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Sphere, box
 from vigg_ros.bench.worlds.texture import Texture
 from vigg_ros.registration import Camera
 from vigg_ros.registration.rigid import inverse, transform
-from vigg_ros_testing.simple_scenes import AHEAD, plain_texture, scene_of, wall
+from vigg_ros_testing.simple_scenes import AHEAD, CAMERA, plain_texture, scene_of, wall
+
+FURNISHED_ROOM = room(seed=11)
 
 
-def rays(camera: Camera) -> NDArray[np.float64]:
+def rays() -> NDArray[np.float64]:
     """(H, W, 3) in the optical frame, z = 1, through the pixel centres."""
-    v, u = np.mgrid[: camera.height_px, : camera.width_px]
+    v, u = np.mgrid[: CAMERA.height_px, : CAMERA.width_px]
     pixels = np.column_stack((u.ravel(), v.ravel())).astype(float)
-    return camera.lift(pixels, np.ones(len(pixels))).reshape(*u.shape, 3)
+    return CAMERA.lift(pixels, np.ones(len(pixels))).reshape(*u.shape, 3)
 
 
-def lifted(depth_m: NDArray[np.float32], camera: Camera, T_world_camera: Pose) -> NDArray[np.float64]:
+def lifted(depth_m: NDArray[np.float32], T_world_camera: Pose) -> NDArray[np.float64]:
     """Points (N, 3) in the world of all pixels with depth."""
-    return transform(T_world_camera, (rays(camera) * depth_m[..., None])[depth_m > 0])
+    return transform(T_world_camera, (rays() * depth_m[..., None])[depth_m > 0])
 
 
 @pytest.mark.parametrize("eye", [(0.0, 0.0, 0.0), (-1.0, 0.7, 0.4), (0.5, -0.6, -0.5)])
-def test_depth_of_a_plane(camera: Camera, eye: tuple[float, float, float]) -> None:
+def test_depth_of_a_plane(eye: tuple[float, float, float]) -> None:
     # A ray o + s d meets the wall x = 2 at s = (2 - o_x) / d_x; s is the depth, as d_z = 1 in the camera.
     T_world_camera = look_at(eye, (2, 0.3, -0.2), roll_deg=20)
-    expected_m = (2 - eye[0]) / (rays(camera) @ T_world_camera[:3, :3].T)[..., 0]
-    np.testing.assert_allclose(render_depth(scene_of(wall(2, (50, 50))), camera, T_world_camera), expected_m, rtol=1e-6)
+    expected_m = (2 - eye[0]) / (rays() @ T_world_camera[:3, :3].T)[..., 0]
+    np.testing.assert_allclose(render_depth(scene_of(wall(2, (50, 50))), CAMERA, T_world_camera), expected_m, rtol=1e-6)
 
 
 T_BOX = flat((2.5, 0.1, -0.4), 30)
@@ -62,11 +64,11 @@ PLAIN = plain_texture()
     ],
     ids=["rectangle", "rectangle from behind", "sphere", "cylinder"],
 )
-def test_silhouettes(camera: Camera, surfaces: list, seen: Callable) -> None:
-    v, u = np.mgrid[: camera.height_px, : camera.width_px]
-    directions = rays(camera) @ AHEAD[:3, :3].T
+def test_silhouettes(surfaces: list, seen: Callable) -> None:
+    v, u = np.mgrid[: CAMERA.height_px, : CAMERA.width_px]
+    directions = rays() @ AHEAD[:3, :3].T
     unit = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
-    np.testing.assert_array_equal(render_depth(scene_of(*surfaces), camera, AHEAD) > 0, seen(u, v, unit))
+    np.testing.assert_array_equal(render_depth(scene_of(*surfaces), CAMERA, AHEAD) > 0, seen(u, v, unit))
 
 
 @pytest.mark.parametrize(
@@ -90,49 +92,49 @@ def test_silhouettes(camera: Camera, surfaces: list, seen: Callable) -> None:
         ),
     ],
 )
-def test_points_lie_on_the_near_side_of_the_surface(camera: Camera, surfaces, outside_m, eye, target) -> None:
+def test_points_lie_on_the_near_side_of_the_surface(surfaces, outside_m, eye, target) -> None:
     T_world_camera = look_at(eye, target)
-    points = lifted(render_depth(scene_of(*surfaces), camera, T_world_camera), camera, T_world_camera)
+    points = lifted(render_depth(scene_of(*surfaces), CAMERA, T_world_camera), T_world_camera)
     np.testing.assert_allclose(outside_m(points), 0, atol=1e-5)
     assert len(points) > 500
     # Half a centimetre towards the eye is outside.
     assert (outside_m(points + 0.005 * (np.array(eye) - points)) > 0).all()
 
 
-def test_the_nearer_surface_hides_the_farther(camera: Camera) -> None:
+def test_the_nearer_surface_hides_the_farther() -> None:
     # 70 pixels wide and high, so that its rims lie between pixels and none is a mixture.
     near, far = wall(1, (70 / 138.5, 70 / 138.5), plain_texture(200)), wall(3, texture=plain_texture(50))
     for surfaces in ((near, far), (far, near)):
-        image, depth_m = render_rgbd(scene_of(*surfaces), camera, AHEAD)
+        image, depth_m = render_rgbd(scene_of(*surfaces), CAMERA, AHEAD)
         np.testing.assert_array_equal(image[:, :, 0] == 200, depth_m < 2)
         np.testing.assert_array_equal(image[:, :, 0] == 50, depth_m > 2)
         assert np.count_nonzero(depth_m < 2) == 70 * 70
 
 
-def test_a_texture_is_seen_upright_and_not_mirrored(camera: Camera) -> None:
+def test_a_texture_is_seen_upright_and_not_mirrored() -> None:
     picture = np.zeros((40, 40, 3), dtype=np.uint8)
     picture[:20, :20], picture[:20, 20:], picture[20:, :20] = np.diag((255, 255, 255))
-    image = render_image(scene_of(wall(2, (2, 2), Texture.of(picture, 0.05))), camera, AHEAD)
+    image = render_image(scene_of(wall(2, (2, 2), Texture.of(picture, 0.05))), CAMERA, AHEAD)
     corners = [image[row, column].tolist() for row, column in ((20, 30), (20, 130), (100, 30))]
     assert corners == [[255, 0, 0], [0, 255, 0], [0, 0, 255]]
 
 
-def test_a_far_texture_is_averaged_and_does_not_flicker(camera: Camera) -> None:
+def test_a_far_texture_is_averaged_and_does_not_flicker() -> None:
     # Stripes of 1 cm seen from 20 m, where a pixel is 14 cm wide: all grey. Half of 0 and 255 is 127.5.
     stripes = np.zeros((256, 2048, 3), dtype=np.uint8)
     stripes[:, ::2] = 255
-    image = render_image(scene_of(wall(20, (20, 2), Texture.of(stripes, 0.01))), camera, AHEAD)
+    image = render_image(scene_of(wall(20, (20, 2), Texture.of(stripes, 0.01))), CAMERA, AHEAD)
     assert np.abs(image[58:62, 20:140].astype(float) - 127.5).max() < 3
 
 
-def test_one_view_has_the_depths_and_colours_that_another_view_shows(furnished_room: Scene, camera: Camera) -> None:
+def test_one_view_has_the_depths_and_colours_that_another_view_shows() -> None:
     T_world_a, T_world_b = (HandheldLoop().T_world_camera(time_s) for time_s in (0.2, 0.7))
     (image_a, depth_a_m), (image_b, depth_b_m) = (
-        render_rgbd(furnished_room, camera, T_world_camera) for T_world_camera in (T_world_a, T_world_b)
+        render_rgbd(FURNISHED_ROOM, CAMERA, T_world_camera) for T_world_camera in (T_world_a, T_world_b)
     )
-    in_b = transform(inverse(T_world_b), lifted(depth_a_m, camera, T_world_a))
-    maps = camera.project(in_b).reshape(*depth_a_m.shape, 2).astype(np.float32)
-    in_view = camera.contains(maps.reshape(-1, 2)).reshape(depth_a_m.shape)
+    in_b = transform(inverse(T_world_b), lifted(depth_a_m, T_world_a))
+    maps = CAMERA.project(in_b).reshape(*depth_a_m.shape, 2).astype(np.float32)
+    in_view = CAMERA.contains(maps.reshape(-1, 2)).reshape(depth_a_m.shape)
     shown_m = cv2.remap(depth_b_m, maps[..., 0], maps[..., 1], cv2.INTER_NEAREST)
     differences_m = in_b[:, 2].reshape(depth_a_m.shape) - shown_m
     # Rounding to a pixel moves a ray by half a pixel: 4 mrad of a slant of up to 80 deg at 3 m is 6 cm.
@@ -149,18 +151,18 @@ def test_one_view_has_the_depths_and_colours_that_another_view_shows(furnished_r
     assert np.mean(np.abs(image_b.astype(float) - image_a) < 15) < 0.5, "without the warp it is another picture"
 
 
-def test_a_seed_is_a_world(camera: Camera) -> None:
+def test_a_seed_is_a_world() -> None:
     T_world_camera = HandheldLoop().T_world_camera(0)
-    first, again, other = (render_rgbd(room(seed), camera, T_world_camera) for seed in (1, 1, 2))
+    first, again, other = (render_rgbd(room(seed), CAMERA, T_world_camera) for seed in (1, 1, 2))
     assert first[0].tobytes() == again[0].tobytes()
     assert first[1].tobytes() == again[1].tobytes()
     assert first[0].tobytes() != other[0].tobytes()
 
 
-def test_room_views_have_features_everywhere(furnished_room: Scene) -> None:
+def test_room_views_have_features_everywhere() -> None:
     camera = Camera(width_px=320, height_px=240, fx_px=277, fy_px=277, cx_px=159.5, cy_px=119.5)
     for time_s in (0.0, 1.7, 3.4):
-        image = render_image(furnished_room, camera, HandheldLoop().T_world_camera(time_s))
+        image = render_image(FURNISHED_ROOM, camera, HandheldLoop().T_world_camera(time_s))
         corners = np.array([keypoint.pt for keypoint in cv2.SIFT_create().detect(image, None)])
         counts = np.histogram2d(corners[:, 0], corners[:, 1], bins=4, range=((0, 320), (0, 240)))[0]
         assert len(corners) >= 300

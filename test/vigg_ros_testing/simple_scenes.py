@@ -10,6 +10,9 @@ from vigg_ros.bench.worlds import Light, Scene
 from vigg_ros.bench.worlds.poses import look_at, upright
 from vigg_ros.bench.worlds.surfaces import Rectangle, TexturedSurface
 from vigg_ros.bench.worlds.texture import Texture
+from vigg_ros.registration import Camera
+
+CAMERA = Camera(width_px=160, height_px=120, fx_px=138.5, fy_px=138.5, cx_px=79.5, cy_px=59.5)
 
 AHEAD = look_at((0, 0, 0), (1, 0, 0))
 """T_world_camera of a camera at the origin that looks along x."""
