@@ -9,28 +9,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.datasets.convert import LAYOUTS, convert, open_dataset
 from vigg_ros.registration import BagError
 from vigg_ros.sensors.decode import decode_depth, decode_image, decode_points
 from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
-from vigg_ros_testing.dataset_samples import kitti, kitti_raw, pose_at, real_data, scannet, seven_scenes, tum
+from vigg_ros_testing.dataset_samples import (
+    kitti,
+    kitti_raw,
+    messages_of,
+    pose_at,
+    real_data,
+    scannet,
+    seven_scenes,
+    tum,
+)
 
 COLOUR, INFO = "/camera/color/image_raw", "/camera/color/camera_info"
 DEPTH, TRUTH = "/camera/aligned_depth_to_color/image_raw", "/ground_truth/pose"
 RECTIFIED, POINTS = "/camera/color/image_rect_color", "/velodyne_points"
-
-
-def messages_of(bag: Path) -> dict[str, list]:
-    """The bag's messages by topic, in order; its topics need no naming."""
-    found: dict[str, list] = {}
-    with BagReader(bag) as reader:
-        assert set(choose_topics(reader.topics, encodings=reader.encodings()).names) == {t.name for t in reader.topics}
-        for one in reader.messages():
-            found.setdefault(one.topic, []).append(one.message)
-        assert not reader.damaged
-    return found
 
 
 @pytest.mark.parametrize(("layout", "make"), [("7scenes", seven_scenes), ("scannet", scannet)])

@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.datasets.dataset import Dataset
 from vigg_ros.registration import Camera
 
@@ -27,17 +29,31 @@ def real_data(name: str) -> Path:
     return SHARED / name
 
 
+def messages_of(bag: Path) -> dict[str, list]:
+    """The bag's messages by topic, in order; its topics need no naming."""
+    found: dict[str, list] = {}
+    with BagReader(bag) as reader:
+        assert set(choose_topics(reader.topics, encodings=reader.encodings()).names) == {t.name for t in reader.topics}
+        for one in reader.messages():
+            found.setdefault(one.topic, []).append(one.message)
+        assert not reader.damaged
+    return found
+
+
 def save_image(path: Path, value: int, size: tuple[int, int] = (8, 6)) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(path), np.full((size[1], size[0], 3), value, np.uint8))
+    _save(path, np.full((size[1], size[0], 3), value, np.uint8))
 
 
 def save_depth(path: Path, value: int, size: tuple[int, int] = (8, 6)) -> None:
     """Depth of one value, but for a pixel of 0 and one of 65535 at the top left."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     depth = np.full((size[1], size[0]), value, np.uint16)
     depth[0, :2] = 0, 65535
-    cv2.imwrite(str(path), depth)
+    _save(path, depth)
+
+
+def _save(path: Path, image: np.ndarray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), image)
 
 
 def pose_at(x: float) -> np.ndarray:
@@ -55,7 +71,6 @@ QUARTER_TURN = "0 0 0.7071067811865476 0.7071067811865476"
 
 
 def save_intrinsics(path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("7 0 3.5\n0 6 2.5\n0 0 1\n")
 
 
@@ -107,9 +122,9 @@ KITTI_TR = "0 -1 0 0.1 0 0 -1 0.2 1 0 0 0.3"
 
 
 def kitti(folder: Path, frames: int = 3) -> Path:
+    (folder / "velodyne").mkdir(parents=True)
     for k in range(frames):
         save_image(folder / "image_2" / f"{k:06d}.png", k)
-        (folder / "velodyne").mkdir(exist_ok=True)
         scan = np.array([[k, 1, 2, 0.25], [4, 5, 6, 0.5]], "<f4")
         scan.tofile(folder / "velodyne" / f"{k:06d}.bin")
     (folder / "calib.txt").write_text(f"P0: 0\nP2: {KITTI_P2}\nTr: {KITTI_TR}\n")
@@ -121,22 +136,26 @@ def kitti(folder: Path, frames: int = 3) -> Path:
 
 def kitti_raw(folder: Path, frames: int = 3) -> Path:
     drive = folder / "2011_09_26" / "2011_09_26_drive_0001_sync"
-    for sensor in ("image_02", "velodyne_points", "oxts"):
+    stamps = {"image_02": "964389445", "velodyne_points": "951199337", "oxts": "960000001"}
+    for sensor, fraction in stamps.items():
         (drive / sensor / "data").mkdir(parents=True)
+        rows = (f"2011-09-26 13:02:{25 + k}.{fraction}\n" for k in range(frames))
+        (drive / sensor / "timestamps.txt").write_text("".join(rows))
     for k in range(frames):
         save_image(drive / "image_02" / "data" / f"{k:010d}.png", k)
         np.full((2, 4), k + 1, "<f4").tofile(drive / "velodyne_points" / "data" / f"{k:010d}.bin")
         # One degree of longitude at the equator is 111,319.49 m: this is k metres to the east.
         longitude_deg = k / (6_378_137.0 * np.pi / 180)
         (drive / "oxts" / "data" / f"{k:010d}.txt").write_text(f"0 {longitude_deg!r} 5 0 0 0" + " 0" * 24)
-    for sensor, fraction in (("image_02", "964389445"), ("velodyne_points", "951199337"), ("oxts", "960000001")):
-        rows = (f"2011-09-26 13:02:{25 + k}.{fraction}\n" for k in range(frames))
-        (drive / sensor / "timestamps.txt").write_text("".join(rows))
-    (drive.parent / "calib_cam_to_cam.txt").write_text(
-        f"calib_time: 09-Jan-2012 13:57:47\nS_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: {KITTI_P2}\n"
-    )
-    (drive.parent / "calib_velo_to_cam.txt").write_text("R: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n")
-    (drive.parent / "calib_imu_to_velo.txt").write_text("R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n")
+    for name, content in (
+        (
+            "cam_to_cam",
+            f"calib_time: 09-Jan-2012\nS_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: {KITTI_P2}\n",
+        ),
+        ("velo_to_cam", "R: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n"),
+        ("imu_to_velo", "R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n"),
+    ):
+        (drive.parent / f"calib_{name}.txt").write_text(content)
     return drive
 
 
