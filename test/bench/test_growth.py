@@ -40,14 +40,11 @@ def test_one_size_is_measured_in_a_process_of_its_own() -> None:
     assert 20 < row.peak_mb < 5_000
 
 
-def rows() -> list[growth.GrowthSample]:
-    return [growth.GrowthSample("points", size, 0.01 * size, 100 + 0.001 * size) for size in (10, 100, 1000)]
-
-
 def test_the_command_prints_and_draws(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(benchmark, "measure", lambda: iter(rows()))
+    rows = [growth.GrowthSample("points", size, 0.01 * size, 100 + 0.001 * size) for size in (10, 100, 1000)]
+    monkeypatch.setattr(benchmark, "measure", lambda: iter(rows))
     plot = tmp_path / "growth.png"
     assert main(["benchmark", "--growth", "--plot", str(plot)]) == ExitCode.OK
     printed = capsys.readouterr().out
@@ -57,9 +54,6 @@ def test_the_command_prints_and_draws(
     assert picture is not None
     assert np.ptp(picture) > 100
     assert main(["benchmark", "--growth", "--plot", str(plot)]) == ExitCode.USAGE, "never overwritten"
-
-
-def test_nothing_to_measure_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["benchmark"]) == ExitCode.USAGE
     assert "name a BAG, or give --growth" in capsys.readouterr().err
 

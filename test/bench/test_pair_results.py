@@ -26,46 +26,30 @@ from vigg_ros_testing.pair_samples import result
         (OUTDOOR_LIMITS, 4.9, 0.59, True),
         (OUTDOOR_LIMITS, 5.0, 0.1, False),
         (OUTDOOR_LIMITS, 1.0, 0.60, False),
+        (OUTDOOR_LIMITS, math.inf, math.inf, None),  # no answer is neither right nor wrong
     ],
 )
 def test_right_is_below_both_limits_of_the_paper(limits, rotation_deg, translation_m, right):
     one = result(rotation_deg, translation_m)
-    assert one.is_right(limits) is right
-    assert one.is_wrong(limits) is not right
+    assert (one.is_right(limits), one.is_wrong(limits)) == (right is True, right is False)
 
 
-def test_no_answer_is_neither_right_nor_wrong():
-    assert not result().is_right(INDOOR_LIMITS)
-    assert not result().is_wrong(INDOOR_LIMITS)
-
-
-def test_what_was_written_is_there_the_next_time(tmp_path):
+def test_what_was_written_is_there_the_next_time_and_a_line_that_was_cut_costs_only_itself(tmp_path):
     path = tmp_path / "pairs.jsonl"
     answered, refused = result(0.1 + 0.2, 1e-9), result(overlap=math.nan)
     with ResultFile.open(path) as file:
-        file.add("a", answered)
-        file.add("b", refused)
+        for key, one in (("a", answered), ("b", refused), ("c", answered)):
+            file.add(key, one)
+    path.write_text(path.read_text()[:-20])
     with ResultFile.open(path) as file:
-        assert file.get("a") == answered
+        assert (file.get("a"), file.get("c"), file.get("d")) == (answered, None, None)
         again = file.get("b")
         assert again is not None
         assert again.rotation_error_deg == math.inf
         assert math.isnan(again.overlap)
-        assert file.get("c") is None
-
-
-def test_a_line_that_was_cut_costs_only_itself(tmp_path):
-    path = tmp_path / "pairs.jsonl"
+        file.add("c", result(3, 3))
     with ResultFile.open(path) as file:
-        file.add("a", result(1, 1))
-        file.add("b", result(2, 2))
-    path.write_text(path.read_text()[:-20])
-    with ResultFile.open(path) as file:
-        assert file.get("a") == result(1, 1)
-        assert file.get("b") is None
-        file.add("b", result(3, 3))
-    with ResultFile.open(path) as file:
-        assert (file.get("a"), file.get("b")) == (result(1, 1), result(3, 3))
+        assert (file.get("a"), file.get("c")) == (answered, result(3, 3))
 
 
 @pytest.mark.parametrize("line", ["", "{}", "[]", "3", '{"key": "a"}', '{"key": "a", "method": "m", "shoe": 43}'])

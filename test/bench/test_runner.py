@@ -15,11 +15,8 @@ from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.pair_results import ResultFile
 from vigg_ros.bench.pairs import FramePair
 from vigg_ros.bench.runner import EvaluationPlan, count_missing, one_thread_each, run_pair, run_plan
-from vigg_ros_testing.pair_samples import CONFIG, UnloadedFrame, UnreadableFrame, result, room_pair
+from vigg_ros_testing.pair_samples import CONFIG, UnreadableFrame, result, room_pair
 from vigg_ros_testing.trajectory_samples import pose
-
-ON_ONE_CORE = {"kiss-matcher": "kiss_matcher", "rgbd-odometry": "open3d"}
-"""Methods that repeat themselves there only, and their libraries."""
 
 PLAN = EvaluationPlan("room", [room_pair(), room_pair(0.0, 0.8)], ["default", "paper:noise-0.01"], CONFIG)
 
@@ -44,9 +41,9 @@ def test_two_runs_give_the_same_figures_and_a_third_runs_nothing(tmp_path):
     assert all(one.translation_error_m < 0.05 for one in first)
     second, _ = run(PLAN, tmp_path / "second.jsonl")
     assert figures(second) == figures(first)
-    # Results of other looks would have to be loaded, and these cannot be.
+    # Frames that are to be registered would have to be loaded, and these cannot be.
     unloadable = [
-        dataclasses.replace(pair, target=UnloadedFrame(pair.target.name), source=UnloadedFrame(pair.source.name))
+        dataclasses.replace(pair, target=UnreadableFrame(pair.target.name), source=UnreadableFrame(pair.source.name))
         for pair in PLAN.pairs
     ]
     third, steps = run(dataclasses.replace(PLAN, pairs=unloadable), tmp_path / "first.jsonl")
@@ -63,37 +60,35 @@ def test_a_run_is_taken_up_where_it_was_stopped(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system cannot keep a process to one core")
-def test_libraries_repeat_themselves_on_one_core(tmp_path):
-    for name, library in ON_ONE_CORE.items():
-        if importlib.util.find_spec(library) is None:
-            pytest.skip(f"{library} is not installed")
-        plan = dataclasses.replace(PLAN, methods=[name])
-        first, second = (run(plan, tmp_path / f"{name}{i}.jsonl", jobs=i)[0] for i in (1, 2))
-        assert figures(first) == figures(second)
+@pytest.mark.parametrize(("name", "library"), [("kiss-matcher", "kiss_matcher"), ("rgbd-odometry", "open3d")])
+def test_libraries_repeat_themselves_on_one_core(name, library, tmp_path):
+    if importlib.util.find_spec(library) is None:
+        pytest.skip(f"{library} is not installed")
+    plan = dataclasses.replace(PLAN, methods=[name])
+    first, second = (run(plan, tmp_path / f"{jobs}.jsonl", jobs)[0] for jobs in (1, 2))
+    assert figures(first) == figures(second)
 
 
-def test_results_are_those_of_their_subject_truth_conditions_and_options():
-    keys = set(PLAN.keys().values())
-    other_truth = [dataclasses.replace(pair, T_target_source=pose(1)) for pair in PLAN.pairs]
-    for changes in (
-        {"subject": "another"},
-        {"within_view": True},
-        {"refine_truth": True},
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"subject": "another"}, {"within_view": True}, {"refine_truth": True},
         {"config": CONFIG.replace({"visual.top_k": 99})},
-        {"pairs": other_truth},
-    ):
-        assert not keys & set(dataclasses.replace(PLAN, **changes).keys().values())
+        {"pairs": [dataclasses.replace(pair, T_target_source=pose(1)) for pair in PLAN.pairs]},
+    ],
+)  # fmt: skip
+def test_results_are_those_of_their_subject_truth_conditions_and_options(changes):
+    assert not set(PLAN.keys().values()) & set(dataclasses.replace(PLAN, **changes).keys().values())
 
 
 def test_a_frame_that_cannot_be_read_costs_its_pair():
-    broken = FramePair("g", room_pair().target, UnreadableFrame(), pose())
+    broken = FramePair("g", room_pair().target, UnreadableFrame("broken"), pose())
     (found,) = run_pair(broken, ["default"], PLAN, FrameCache())
     assert (found.reason, found.rotation_error_deg, found.total_ms) == ("UNREADABLE", math.inf, 0)
 
 
 def test_features_are_made_once_for_all_methods_and_charged_to_each():
-    cache = FrameCache()
-    first, second = run_pair(room_pair(), ["whole", "whole:no-gvca"], PLAN, cache)
+    first, second = run_pair(room_pair(), ["whole", "whole:no-gvca"], PLAN, FrameCache())
     assert first.timings_ms["extraction"] == second.timings_ms["extraction"] > 0
 
 

@@ -18,15 +18,13 @@ from vigg_ros.registration.rigid import transform
 from vigg_ros_testing.simple_scenes import CAMERA, plain_texture, scene_of, wall
 
 MODEL = LidarModel(beams=16, columns=180)
+AT_ORIGIN = flat((0, 0, 0))
 
 
 def four_walls() -> Scene:
     """Walls at x = +-10 and y = +-6, 20 m high: every beam of the model meets one."""
     walls = (((10, 0, 0), 180, 12), ((-10, 0, 0), 0, 12), ((0, 6, 0), 270, 20), ((0, -6, 0), 90, 20))
     return scene_of(*(Rectangle(upright(at, facing), (wide, 20), plain_texture()) for at, facing, wide in walls))
-
-
-AT_ORIGIN = flat((0, 0, 0))
 
 
 def off_the_walls_m(points: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -41,6 +39,9 @@ def test_points_lie_on_the_walls() -> None:
     assert times_s.shape == (16 * 180,)
     # Float32 metres of up to 16 m are exact to a micrometre.
     np.testing.assert_allclose(off_the_walls_m(transform(T_world_lidar, points)), 0, atol=5e-6)
+    points, _ = render_lidar(four_walls(), flat((9.7, 0, 0)), replace(MODEL, range_max_m=9.0))
+    ranges_m = np.linalg.norm(points, axis=1)
+    assert 0.5 <= ranges_m.min() < ranges_m.max() <= 9.0, "what is too near or too far gives no return"
 
 
 def test_columns_fire_from_rear_to_rear_and_beams_span_the_elevations() -> None:
@@ -73,14 +74,6 @@ def test_range_noise_has_the_stated_spread() -> None:
     assert abs(errors_m.mean()) < 4 * 0.02 / np.sqrt(2880)
 
 
-def test_what_is_too_far_or_too_near_gives_no_return() -> None:
-    points, _ = render_lidar(four_walls(), flat((9.7, 0, 0)), replace(MODEL, range_max_m=9.0))
-    ranges_m = np.linalg.norm(points, axis=1)
-    assert ranges_m.min() >= 0.5
-    assert ranges_m.max() <= 9.0
-    assert 0 < len(points) < 16 * 180
-
-
 def test_intensity_falls_with_the_angle_of_incidence() -> None:
     scan = scan_lidar(four_walls(), AT_ORIGIN, MODEL)
     ahead = np.argmin(np.linalg.norm(scan.points - (10, 0, 0), axis=1))
@@ -90,8 +83,6 @@ def test_intensity_falls_with_the_angle_of_incidence() -> None:
 
 
 CONTINUOUS = KinectNoise(disparity_step_px=0, correlation_px=0, dropout=0)
-
-
 EVEN = np.ones((CAMERA.height_px, CAMERA.width_px), np.float32)
 
 
@@ -129,9 +120,7 @@ def test_there_is_no_depth_at_edges() -> None:
     depth_m = EVEN.copy()
     depth_m[:, 80:] = 2.0
     measured_m = measure(CONTINUOUS, depth_m, 4)
-    assert (measured_m[:, 79:81] == 0).all()
-    assert (measured_m[:, :79] > 0).all()
-    assert (measured_m[:, 81:] > 0).all()
+    np.testing.assert_array_equal(np.flatnonzero((measured_m == 0).any(axis=0)), [79, 80])
 
 
 @pytest.mark.parametrize(("tilt_deg", "seen"), [(70, True), (84, False)])
@@ -163,11 +152,8 @@ def test_image_noise_has_the_stated_gain_and_spread() -> None:
     # 30,000 samples; rounding to grey levels adds a variance of 1/12.
     assert noisy.mean() == pytest.approx(120, abs=4 * 4 / np.sqrt(30000))
     assert noisy.std() == pytest.approx(np.sqrt(16 + 1 / 12), rel=0.02)
-
-
-def test_noise_saturates_instead_of_wrapping() -> None:
-    image = np.full((10, 10, 3), 250, dtype=np.uint8)
-    assert (ImageNoise(gain=2.0, sigma=0.0).apply(image, np.random.default_rng(0)) == 255).all()
+    bright = ImageNoise(gain=3.0, sigma=0.0).apply(image, np.random.default_rng(0))
+    assert (bright == 255).all(), "it saturates and does not wrap"
 
 
 @pytest.mark.parametrize(

@@ -32,11 +32,10 @@ from vigg_ros.bench.worlds import (
 )  # fmt: skip
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat, look_at, upright, upside_down
 from vigg_ros.registration import Camera, ConfigError
+from vigg_ros.registration.rigid import inverse, transform
 from vigg_ros_testing.simple_scenes import CAMERA
 
 DRIVE = Drive(start=(1.0, 2.0, 0.0), start_yaw_deg=90.0, speed_mps=5.0, legs=(Leg(10.0), Leg(4 * math.pi, 90.0)))
-
-
 LOOP = HandheldLoop()
 
 
@@ -54,17 +53,13 @@ def test_poses_are_rigid(T_world_thing: Pose) -> None:
     assert T_world_thing[3].tolist() == [0, 0, 0, 1]
 
 
-def test_an_unrolled_camera_sees_its_target_in_the_middle_and_up_above() -> None:
-    T_world_camera = look_at((1.0, 2.0, 0.5), (4.0, 1.0, 1.0))
-    points = np.array([(4.0, 1.0, 1.0), (4.0, 1.0, 1.3)])
-    pixels = CAMERA.project((points - T_world_camera[:3, 3]) @ T_world_camera[:3, :3])
-    np.testing.assert_allclose(pixels[0], (79.5, 59.5), atol=1e-9)
-    assert pixels[1, 1] < 59.5
-    assert pixels[1, 0] == pytest.approx(79.5)
-
-
-def test_a_roll_turns_the_camera_clockwise() -> None:
-    # Clockwise by 90 deg, seen from behind: its x axis, which pointed to the right, points down.
+def test_a_camera_sees_its_target_in_the_middle_and_what_is_above_up_and_rolls_clockwise() -> None:
+    T_camera_world = inverse(look_at((1.0, 2.0, 0.5), (4.0, 1.0, 1.0)))
+    target, above = CAMERA.project(transform(T_camera_world, np.array([(4.0, 1.0, 1.0), (4.0, 1.0, 1.3)])))
+    np.testing.assert_allclose(target, (79.5, 59.5), atol=1e-9)
+    assert above[1] < 59.5
+    assert above[0] == pytest.approx(79.5)
+    # By 90 deg, seen from behind: its x axis, which pointed to the right, points down.
     np.testing.assert_allclose(look_at((0, 0, 0), (1, 0, 0), 90)[:3, 0], (0, 0, -1), atol=1e-12)
 
 
@@ -76,24 +71,27 @@ def test_a_loop_ends_where_it_began_and_moves_as_a_hand_does() -> None:
     assert 0.2 < speeds_mps.min() < speeds_mps.max() < 0.7
 
 
-def test_a_drive_goes_straight_then_around_a_quarter_circle() -> None:
-    # North 10 m from (1, 2), then left by 90 deg on a radius of 4 pi / (pi / 2) = 8 m: to (-7, 20), west.
-    np.testing.assert_allclose(DRIVE.T_world_vehicle(1.0), flat((1, 7, 0), 90), atol=1e-12)
-    np.testing.assert_allclose(DRIVE.T_world_vehicle(2.0 + 4 * math.pi / 5), flat((-7, 20, 0), 180), atol=1e-9)
-    halfway = DRIVE.T_world_vehicle(2.0 + 2 * math.pi / 5)
-    np.testing.assert_allclose(halfway, flat((1 - 8 + 8 / 2**0.5, 12 + 8 / 2**0.5, 0), 135), atol=1e-9)
-
-
-def test_a_drive_begins_before_zero_and_goes_on_behind_its_end() -> None:
-    np.testing.assert_allclose(DRIVE.T_world_vehicle(-1.0), flat((1, -3, 0), 90), atol=1e-12)
-    end_s = 2.0 + 4 * math.pi / 5
-    np.testing.assert_allclose(DRIVE.T_world_vehicle(end_s + 2.0), flat((-17, 20, 0), 180), atol=1e-9)
+@pytest.mark.parametrize(
+    ("time_s", "expected"),
+    [
+        (-1.0, flat((1, -3, 0), 90)),  # straight on before zero
+        # North 10 m from (1, 2), then left by 90 deg on a radius of 4 pi / (pi / 2) = 8 m: to (-7, 20), west.
+        (1.0, flat((1, 7, 0), 90)),
+        (2.0 + 2 * math.pi / 5, flat((1 - 8 + 8 / 2**0.5, 12 + 8 / 2**0.5, 0), 135)),
+        (2.0 + 4 * math.pi / 5, flat((-7, 20, 0), 180)),
+        (4.0 + 4 * math.pi / 5, flat((-17, 20, 0), 180)),  # and behind its end
+    ],
+)
+def test_a_drive_goes_straight_then_around_a_quarter_circle(time_s: float, expected: Pose) -> None:
+    np.testing.assert_allclose(DRIVE.T_world_vehicle(time_s), expected, atol=1e-9)
 
 
 def test_a_drive_keeps_its_speed() -> None:
     positions = np.array([DRIVE.T_world_vehicle(time_s)[:3, 3] for time_s in np.arange(0, 6, 0.001)])
     # Chords of 5 mm on a radius of 8 m are shorter than their arcs by less than 1e-7 of themselves.
     np.testing.assert_allclose(np.linalg.norm(np.diff(positions, axis=0), axis=1), 0.005, rtol=1e-6)
+    with pytest.raises(ConfigError, match="expected speed"):
+        Drive(speed_mps=0.0)
 
 
 def test_stamps_keep_all_their_digits() -> None:
@@ -102,11 +100,6 @@ def test_stamps_keep_all_their_digits() -> None:
     # 1 s / 15 = 66,666,666.67 ns: each stamp is rounded, and the errors do not add up.
     assert (stamps - start_ns).tolist() == [0, 66_666_667, 133_333_333, 200_000_000]
     assert stamps.dtype == np.int64
-
-
-def test_a_drive_without_speed_is_refused() -> None:
-    with pytest.raises(ConfigError, match="expected speed"):
-        Drive(speed_mps=0.0)
 
 
 STREET = street(seed=3)
@@ -146,15 +139,9 @@ def test_weak_worlds_have_few_keypoints_and_the_plane_has_many() -> None:
     assert keypoint_count(bare_room(seed=2)) < 15
     assert keypoint_count(blank_plane(seed=2)) == 0
     assert keypoint_count(single_plane(seed=2)) > 100
-
-
-def test_all_points_of_a_single_plane_are_on_it() -> None:
-    T_world_camera = look_at(EYE, TARGET)
-    depth_m = render_depth(single_plane(seed=2), CAMERA, T_world_camera)
-    v, u = np.nonzero(depth_m)
-    points = CAMERA.lift(np.column_stack((u, v)).astype(float), depth_m[v, u].astype(float))
-    x = (points @ T_world_camera[:3, :3].T + T_world_camera[:3, 3])[:, 0]
-    np.testing.assert_allclose(x, 2.0, atol=1e-5)
+    # And it is a plane: seen squarely, all of the wall x = 2 is 3 m from x = -1.
+    depth_m = render_depth(single_plane(seed=2), CAMERA, look_at(EYE, (2.0, 0.2, 1.4)))
+    np.testing.assert_allclose(depth_m[depth_m > 0], 3.0, atol=1e-5)
 
 
 def test_the_tiled_room_shows_one_tile_everywhere_and_shapes_that_differ() -> None:
