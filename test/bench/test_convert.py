@@ -13,16 +13,7 @@ from vigg_ros.bench.datasets.convert import LAYOUTS, convert, open_dataset
 from vigg_ros.registration import BagError
 from vigg_ros.sensors.decode import decode_depth, decode_image, decode_points
 from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
-from vigg_ros_testing.dataset_samples import (
-    kitti,
-    kitti_raw,
-    messages_of,
-    pose_at,
-    real_data,
-    scannet,
-    seven_scenes,
-    tum,
-)
+from vigg_ros_testing.dataset_samples import kitti, kitti_raw, messages_of, pose_at, scannet, seven_scenes, tum
 
 COLOUR, INFO = "/camera/color/image_raw", "/camera/color/camera_info"
 DEPTH, TRUTH = "/camera/aligned_depth_to_color/image_raw", "/ground_truth/pose"
@@ -120,17 +111,3 @@ def test_layouts_and_options_that_there_are_not_are_refused(layout: str, tmp_pat
 
 def test_an_option_of_none_is_its_default(tmp_path: Path) -> None:
     assert len(open_dataset("kitti", kitti(tmp_path), intrinsics=None, depth_scale=None).frames()) == 3
-
-
-def test_the_kitchen_as_a_bag_says_what_its_files_say(tmp_path: Path) -> None:
-    folder = tmp_path / "kitchen"
-    folder.mkdir()
-    ten = {f"frame-{k:06d}" for k in (*range(5), *range(100, 105))}
-    for path in real_data("redkitchen").iterdir():
-        if path.name[:12] in ten or path.name == "camera-intrinsics.txt":
-            (folder / path.name).symlink_to(path)
-    assert convert("7scenes", folder, tmp_path / "bag").counts[COLOUR] == 10
-    held = messages_of(tmp_path / "bag")
-    for image, depth, frame in zip(held[COLOUR], held[DEPTH], open_dataset("7scenes", folder).frames(), strict=True):
-        np.testing.assert_array_equal(decode_image(image).image, frame.image())
-        np.testing.assert_array_equal(decode_depth(depth).depth_m, frame.depth_m())

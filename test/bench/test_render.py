@@ -34,14 +34,6 @@ def lifted(depth_m: NDArray[np.float32], T_world_camera: Pose) -> NDArray[np.flo
     return transform(T_world_camera, (rays() * depth_m[..., None])[depth_m > 0])
 
 
-@pytest.mark.parametrize("eye", [(0.0, 0.0, 0.0), (-1.0, 0.7, 0.4), (0.5, -0.6, -0.5)])
-def test_depth_of_a_plane(eye: tuple[float, float, float]) -> None:
-    # A ray o + s d meets the wall x = 2 at s = (2 - o_x) / d_x; s is the depth, as d_z = 1 in the camera.
-    T_world_camera = look_at(eye, (2, 0.3, -0.2), roll_deg=20)
-    expected_m = (2 - eye[0]) / (rays() @ T_world_camera[:3, :3].T)[..., 0]
-    np.testing.assert_allclose(render_depth(scene_of(wall(2, (50, 50))), CAMERA, T_world_camera), expected_m, rtol=1e-6)
-
-
 T_BOX = flat((2.5, 0.1, -0.4), 30)
 BALL, BALL_M = np.array([3.0, 0.4, -0.2]), 0.7
 PLAIN = plain_texture()
@@ -71,34 +63,38 @@ def test_silhouettes(surfaces: list, seen: Callable) -> None:
     np.testing.assert_array_equal(render_depth(scene_of(*surfaces), CAMERA, AHEAD) > 0, seen(u, v, unit))
 
 
+ORIGIN = np.zeros(3)
+
+
+def off_cylinder_m(p: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.maximum(np.hypot(p[:, 0], p[:, 1]) - 0.5, np.abs(p[:, 2]) - 0.6)
+
+
+def off_box_m(p: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.max(np.abs(transform(inverse(T_BOX), p) - (0, 0, 0.3)) - (0.4, 0.25, 0.3), axis=1)
+
+
 @pytest.mark.parametrize(
-    ("surfaces", "outside_m", "eye", "target"),
+    ("surfaces", "outside_m", "eyes", "target"),
     [
-        ([Sphere(tuple(BALL), BALL_M, PLAIN)], lambda p: np.linalg.norm(p - BALL, axis=1) - BALL_M, (0, 0, 0), BALL),
-        *(
-            (
-                [Cylinder(flat((0, 0, 0)), 0.5, 1.2, PLAIN)],
-                lambda p: np.maximum(np.hypot(p[:, 0], p[:, 1]) - 0.5, np.abs(p[:, 2]) - 0.6),
-                eye,
-                (0, 0, 0),
-            )
-            for eye in ((-3.0, 0.5, 0.3), (-1.5, 0.2, 2.5), (-1.0, 0.0, -3.0))
-        ),
+        ([wall(2, (50, 50))], lambda p: 2 - p[:, 0], (ORIGIN, (-1.0, 0.7, 0.4), (0.5, -0.6, -0.5)), (2, 0.3, -0.2)),
+        ([Sphere(tuple(BALL), BALL_M, PLAIN)], lambda p: np.linalg.norm(p - BALL, axis=1) - BALL_M, [ORIGIN], BALL),
         (
-            box(T_BOX, (0.8, 0.5, 0.6), lambda size_m: PLAIN),
-            lambda p: (np.abs(transform(inverse(T_BOX), p) - (0, 0, 0.3)) - (0.4, 0.25, 0.3)).max(axis=1),
-            (0, 0, 0.8),
-            (2.5, 0, 0),
+            [Cylinder(flat(ORIGIN), 0.5, 1.2, PLAIN)], off_cylinder_m,
+            ((-3.0, 0.5, 0.3), (-1.5, 0.2, 2.5), (-1.0, 0.0, -3.0)), ORIGIN,
         ),
+        (box(T_BOX, (0.8, 0.5, 0.6), lambda size_m: PLAIN), off_box_m, [(0, 0, 0.8)], (2.5, 0, 0)),
     ],
-)
-def test_points_lie_on_the_near_side_of_the_surface(surfaces, outside_m, eye, target) -> None:
-    T_world_camera = look_at(eye, target)
-    points = lifted(render_depth(scene_of(*surfaces), CAMERA, T_world_camera), T_world_camera)
-    np.testing.assert_allclose(outside_m(points), 0, atol=1e-5)
-    assert len(points) > 500
-    # Half a centimetre towards the eye is outside.
-    assert (outside_m(points + 0.005 * (np.array(eye) - points)) > 0).all()
+    ids=["wall", "sphere", "cylinder", "box"],
+)  # fmt: skip
+def test_points_lie_on_the_near_side_of_the_surface(surfaces, outside_m, eyes, target) -> None:
+    for eye in eyes:
+        T_world_camera = look_at(eye, target, roll_deg=20)
+        points = lifted(render_depth(scene_of(*surfaces), CAMERA, T_world_camera), T_world_camera)
+        np.testing.assert_allclose(outside_m(points), 0, atol=1e-5)
+        assert len(points) > 500
+        # Half a hundredth of the way to the eye is outside.
+        assert (outside_m(points + 0.005 * (eye - points)) > 0).all()
 
 
 def test_the_nearer_surface_hides_the_farther() -> None:

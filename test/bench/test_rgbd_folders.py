@@ -28,17 +28,6 @@ from vigg_ros_testing.dataset_samples import (
 KINECT = Camera(640, 480, 585.0, 585.0, 320.0, 240.0)
 
 
-@pytest.mark.parametrize("layout", ["7scenes", "tum", "images", "kitti", "kitti-raw"])
-@pytest.mark.parametrize("kind", ["empty", "missing", "file"])
-def test_folders_that_hold_no_recording_are_refused(layout: str, kind: str, tmp_path: Path) -> None:
-    if kind == "empty":
-        (tmp_path / "x").mkdir()
-    elif kind == "file":
-        (tmp_path / "x").write_text("")
-    with pytest.raises(BagError, match="x"):
-        open_dataset(layout, tmp_path / "x")
-
-
 @pytest.mark.parametrize("layout", ["7scenes", "3dmatch"])
 def test_a_numbered_folder_is_read_with_its_gaps(layout: str, tmp_path: Path) -> None:
     dataset = open_dataset(layout, seven_scenes(tmp_path / "room"))
@@ -74,27 +63,14 @@ def test_the_only_sequence_is_found_with_the_intrinsics_beside_it(where: str, tm
         open_dataset("7scenes", tmp_path / "scene")
 
 
-def test_without_intrinsics_a_convention_is_taken_with_a_note_or_they_are_asked_for(tmp_path: Path) -> None:
+def test_intrinsics_are_taken_as_given_or_by_the_convention_of_7_scenes_with_a_note(tmp_path: Path) -> None:
     save_image(tmp_path / "frame-000000.color.png", 1, size=(640, 480))
     save_depth(tmp_path / "frame-000000.depth.png", 1000, size=(640, 480))
     dataset = open_dataset("7scenes", tmp_path)
     assert dataset.camera == KINECT
     assert "taken as 585 585 320 240" in dataset.notes[0]
-    folder = seven_scenes(tmp_path / "of another size")
-    (folder / "camera-intrinsics.txt").unlink()
-    with pytest.raises(BagError, match=r"images are 8x6 .*give intrinsics"):
-        open_dataset("7scenes", folder)
-    assert open_dataset("7scenes", folder, intrinsics=(7, 6, 3.5, 2.5)).camera == CAMERA
-
-
-@pytest.mark.parametrize(
-    ("content", "complaint"),
-    [("7 0 3.5", "holds 3 numbers; expected a matrix"), ("0 0 0 0 0 0 0 0 1", "intrinsics cannot be used")],
-)
-def test_broken_intrinsics_are_refused(content: str, complaint: str, tmp_path: Path) -> None:
-    (seven_scenes(tmp_path) / "camera-intrinsics.txt").write_text(content)
-    with pytest.raises(BagError, match=complaint):
-        open_dataset("7scenes", tmp_path)
+    given = open_dataset("7scenes", tmp_path, intrinsics=(600.0, 601.0, 320.0, 240.0))
+    assert (given.camera.fx_px, given.camera.fy_px, given.notes) == (600.0, 601.0, ())
 
 
 @pytest.mark.parametrize("mark", [-np.inf, np.nan])
@@ -180,31 +156,16 @@ def test_tum_without_intrinsics_and_truth_has_notes(tmp_path: Path) -> None:
     assert "525 525 319.5 239.5" in dataset.notes[1]
 
 
-@pytest.mark.parametrize(
-    ("content", "complaint"),
-    [("", "lists no images"), ("1.0\n", "line 1: 1 columns"), ("one a.png\n", "'one' is no stamp")],
-)
-def test_broken_tum_lists_are_named(content: str, complaint: str, tmp_path: Path) -> None:
-    folder = tum(tmp_path)
-    (folder / "depth.txt").write_text(content)
-    with pytest.raises(BagError, match=rf"depth\.txt.*{complaint}"):
-        open_dataset("tum", folder)
-
-
-def test_real_tum_images_are_read_by_their_scale(tmp_path: Path) -> None:
-    case = real_data("tum_pairs") / "case_1"
-    for k, name in enumerate(("prev", "curr")):
-        pose = (case / f"pose_{name}.txt").read_text().strip()
-        rows = {"rgb": f"{case}/img_{name}.png", "depth": f"{case}/dep_{name}.png", "groundtruth": pose}
-        for file, row in rows.items():
-            with (tmp_path / f"{file}.txt").open("a") as listing:
-                listing.write(f"130503110{k}.5 {row}\n")
-    frames = open_dataset("tum", tmp_path).frames()
-    assert [frame.stamp_ns for frame in frames] == [1305031100_500000000, 1305031101_500000000]
+def test_real_tum_images_are_read_by_their_scale() -> None:
+    dataset = open_dataset("tum", real_data("tum_fr1_rpy"))
+    assert (len(dataset.images), dataset.images[0].path.name[:10]) == (361, f"{dataset.images[0].stamp_ns // 10**9}")
+    frames = dataset.frames()
+    assert len(frames) > 300
     depth_m = frames[0].depth_m()
-    assert 0.5 < np.median(depth_m[depth_m > 0]) < 4  # the desk scenes of freiburg1
+    assert 0.5 < np.median(depth_m[depth_m > 0]) < 4  # a desk
+    # 30 Hz: the camera turns in place.
     motion = np.linalg.inv(frames[0].T_world_sensor) @ frames[1].T_world_sensor
-    assert 0.001 < np.linalg.norm(motion[:3, 3]) < 0.1  # "close pairs"
+    assert np.linalg.norm(motion[:3, 3]) < 0.1
 
 
 def test_the_real_kitchen_is_read() -> None:
@@ -212,6 +173,7 @@ def test_the_real_kitchen_is_read() -> None:
     frames = dataset.frames()
     assert [frame.number for frame in frames] == list(range(300))
     assert dataset.camera == KINECT
+    assert frames[150].image().shape == (480, 640, 3)
     depth_m = frames[150].depth_m()
     assert 0.5 < np.median(depth_m[depth_m > 0]) < 5  # a kitchen
     assert depth_m.max() < 20

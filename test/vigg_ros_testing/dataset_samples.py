@@ -17,7 +17,6 @@ from vigg_ros.registration import Camera
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 
-
 CAMERA = Camera(width_px=8, height_px=6, fx_px=7, fy_px=6, cx_px=3.5, cy_px=2.5)
 """Of ``save_intrinsics``, for images of ``save_image``."""
 
@@ -61,11 +60,6 @@ def pose_at(x: float) -> np.ndarray:
     return np.array([[0.0, -1, 0, x], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 
-def save_pose(path: Path, T: np.ndarray) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.savetxt(path, T)
-
-
 QUARTER_TURN = "0 0 0.7071067811865476 0.7071067811865476"
 """The quaternion x y z w of ``pose_at``."""
 
@@ -74,20 +68,24 @@ def save_intrinsics(path: Path) -> None:
     path.write_text("7 0 3.5\n0 6 2.5\n0 0 1\n")
 
 
-def seven_scenes(folder: Path, numbers=(0, 1, 2, 5)) -> Path:
+def save_frames(folder: Path, numbers, colour: str, depth: str, pose: str, size=(8, 6)) -> None:
+    """Files of these names in numbers; colour in this size."""
     for k in numbers:
-        save_image(folder / f"frame-{k:06d}.color.png", k)
-        save_depth(folder / f"frame-{k:06d}.depth.png", 1000 + k)
-        save_pose(folder / f"frame-{k:06d}.pose.txt", pose_at(k))
+        save_image(folder / colour.format(k), k, size)
+        save_depth(folder / depth.format(k), 1000 + k)
+        (folder / pose.format(k)).parent.mkdir(exist_ok=True)
+        np.savetxt(folder / pose.format(k), pose_at(k))
+
+
+def seven_scenes(folder: Path, numbers=(0, 1, 2, 5)) -> Path:
+    name = "frame-{:06d}"
+    save_frames(folder, numbers, f"{name}.color.png", f"{name}.depth.png", f"{name}.pose.txt")
     save_intrinsics(folder / "camera-intrinsics.txt")
     return folder
 
 
 def scannet(folder: Path, numbers=(0, 1, 2, 10)) -> Path:
-    for k in numbers:
-        save_image(folder / "color" / f"{k}.png", k, size=(16, 12))
-        save_depth(folder / "depth" / f"{k}.png", 1000 + k)
-        save_pose(folder / "pose" / f"{k}.txt", pose_at(k))
+    save_frames(folder, numbers, "color/{}.png", "depth/{}.png", "pose/{}.txt", (16, 12))
     (folder / "intrinsic").mkdir()
     K = np.eye(4)
     K[0, 0], K[1, 1], K[0, 2], K[1, 2] = 7, 6, 3.5, 2.5
@@ -147,15 +145,10 @@ def kitti_raw(folder: Path, frames: int = 3) -> Path:
         # One degree of longitude at the equator is 111,319.49 m: this is k metres to the east.
         longitude_deg = k / (6_378_137.0 * np.pi / 180)
         (drive / "oxts" / "data" / f"{k:010d}.txt").write_text(f"0 {longitude_deg!r} 5 0 0 0" + " 0" * 24)
-    for name, content in (
-        (
-            "cam_to_cam",
-            f"calib_time: 09-Jan-2012\nS_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: {KITTI_P2}\n",
-        ),
-        ("velo_to_cam", "R: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n"),
-        ("imu_to_velo", "R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n"),
-    ):
-        (drive.parent / f"calib_{name}.txt").write_text(content)
+    rectified = f"S_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: {KITTI_P2}\n"
+    (drive.parent / "calib_cam_to_cam.txt").write_text(f"calib_time: 09-Jan-2012 13:57:47\n{rectified}")
+    (drive.parent / "calib_velo_to_cam.txt").write_text("R: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n")
+    (drive.parent / "calib_imu_to_velo.txt").write_text("R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n")
     return drive
 
 
