@@ -5,8 +5,6 @@
 Those whose library is missing are skipped.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import importlib.util
 

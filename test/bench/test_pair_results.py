@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results kept in a file, what counts as right, and figures worked out by hand."""
 
-from __future__ import annotations
-
 import csv
 import math
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rendered pairs are the same for the same seed, share what they say, and their truth is the truth."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree

@@ -77,9 +77,9 @@ def save_frames(folder: Path, numbers, colour: str, depth: str, pose: str, size=
         np.savetxt(folder / pose.format(k), pose_at(k))
 
 
-def seven_scenes(folder: Path, numbers=(0, 1, 2, 5)) -> Path:
+def seven_scenes(folder: Path, numbers=(0, 1, 2, 5), colour: str = "color.png") -> Path:
     name = "frame-{:06d}"
-    save_frames(folder, numbers, f"{name}.color.png", f"{name}.depth.png", f"{name}.pose.txt")
+    save_frames(folder, numbers, f"{name}.{colour}", f"{name}.depth.png", f"{name}.pose.txt")
     save_intrinsics(folder / "camera-intrinsics.txt")
     return folder
 
