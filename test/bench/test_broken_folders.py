@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,7 @@ def test_folders_that_hold_no_recording_are_refused(layout: str, kind: str, tmp_
         ("tum", tum, "depth.txt", "", r"depth\.txt lists no images"),
         ("tum", tum, "depth.txt", "1.0\n", r"depth\.txt, line 1: 1 columns"),
         ("tum", tum, "depth.txt", "one a.png\n", r"depth\.txt: 'one' is no stamp"),
+        ("kitti", partial(kitti, frames=1), "velodyne/000000.bin", None, r"velodyne holds no files NNNNNN\.bin"),
         ("kitti", kitti, "calib.txt", f"Tr: {KITTI_TR}", "no row P2 of 12 numbers"),
         ("kitti", kitti, "calib.txt", f"P2: {'0 ' * 12}\nTr: {KITTI_TR}", "P2 is no projection"),
         ("kitti", kitti, "calib.txt", f"{P2}\nTr: {'2 ' * 12}", "Tr is no rigid transform"),

@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Methods that are compared: variations change what they say and nothing else, other libraries get the right side up.
-
-Those whose library is missing are skipped.
-"""
+"""Our method's variations and other libraries, on pairs whose motion is known; what is not installed is skipped."""
 
 import dataclasses
 import importlib.util

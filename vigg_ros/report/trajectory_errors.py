@@ -35,7 +35,7 @@ def translation_error_m(T_a: NDArray[np.float64], T_b: NDArray[np.float64]) -> f
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """PoseErrors in five numbers; NaN where there are none."""
+    """Errors in five numbers; NaN where there are none."""
 
     count: int
     median: float
@@ -92,14 +92,14 @@ class PoseErrors:
 
 
 def absolute_errors(truth: Trajectory, estimate: Trajectory, alignment: Alignment) -> PoseErrors:
-    """PoseErrors of the poses (N) of trajectories with equal stamps; the rotations see ROTATION_ALIGNMENT."""
+    """Errors of the poses (N) of trajectories with equal stamps; the rotations see ROTATION_ALIGNMENT."""
     aligned = estimate.moved(alignment.T_truth_estimate).T_world_sensor
     aligned[:, :3, :3] = mean_rotation(truth, estimate) @ estimate.T_world_sensor[:, :3, :3]
     return PoseErrors.between(estimate.stamps_ns, truth.T_world_sensor, aligned)
 
 
 def relative_errors(truth: Trajectory, estimate: Trajectory, pairs: NDArray[np.int64]) -> PoseErrors:
-    """PoseErrors of the motions between pairs (M, 2) of rows, earlier first; equal stamps in both."""
+    """Errors of the motions between pairs (M, 2) of rows, earlier first; equal stamps in both."""
     motions = [
         np.array([inverse(poses[first]) @ poses[second] for first, second in pairs]).reshape(-1, 4, 4)
         for poses in (truth.T_world_sensor, estimate.T_world_sensor)
