@@ -104,7 +104,7 @@ def rigid_or_refuse(matrix: NDArray[np.float64], what: str) -> NDArray[np.float6
     """The transform (4, 4) that a rounded matrix (4, 4) means. Raises BagError when it is none."""
     T = nearest_rigid(matrix)
     if T is None:
-        raise BagError(f"{what} is no transform")
+        raise BagError(f"{what} is no rigid transform")
     return T
 
 
