@@ -37,7 +37,7 @@ def replayed(bag: Path) -> list[FrameResult]:
         for role, message in read_messages(reader, choice):
             if role != "ground_truth":
                 results += (result.kept() for result in pipeline.feed(role, message))  # without its images
-        return results + pipeline.flush()
+        return [*results, *(result.kept() for result in pipeline.flush())]
 
 
 def main() -> None:

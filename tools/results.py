@@ -127,7 +127,7 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--data", default=str(ROOT.parent / "shared" / "data"), help="where the data sets are")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: %(default)s)")
     parser.add_argument("--only", nargs="+", metavar="NAME", help=f"of: {', '.join(run.name for run in RUNS)}")
-    parser.add_argument("--every", type=int, help="a try: fewer pairs, every so manyth source frame; written beside")
+    parser.add_argument("--every", type=int, help="a try: fewer pairs, every N-th source frame; written beside")
     arguments = parser.parse_args()
     unknown = set(arguments.only or ()) - {run.name for run in RUNS}
     if unknown:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -65,12 +65,16 @@ class Pipeline:
         self.notes: dict[tuple[Role, str], Note] = {}
         """The first note of each role and code."""
 
-    def feed(self, role: Role, message: Any) -> list[FrameResult]:
-        """All results that are certain once this message of rclpy or rosbags is known."""
+    def feed(self, role: Role, message: Any) -> Iterator[FrameResult]:
+        """All results that are certain once this message of rclpy or rosbags is known.
+
+        The message is taken at once, a frame is registered when its result is asked for: results hold images, and
+        many can become certain together.
+        """
         return self.finish(self.receive(role, message).found)
 
-    def flush(self) -> list[FrameResult]:
-        """What is left at the end of a recording."""
+    def flush(self) -> Iterator[FrameResult]:
+        """What is left at the end of a recording, as ``feed`` gives it."""
         return self.finish(self.remaining())
 
     def remaining(self) -> tuple[FrameResult | SyncedMessages, ...]:
@@ -107,10 +111,10 @@ class Pipeline:
         """Register a frame."""
         return replace(self._registrar.step(synced.frame, session=synced.session), frame_id=synced.frame_id)
 
-    def finish(self, found: Iterable[FrameResult | SyncedMessages]) -> list[FrameResult]:
-        """Build and track what was received, at once and in order."""
+    def finish(self, found: Iterable[FrameResult | SyncedMessages]) -> Iterator[FrameResult]:
+        """Build and track what was received, one after the other and in order."""
         built = (one if isinstance(one, FrameResult) else self.build(one) for one in found)
-        return [one if isinstance(one, FrameResult) else self.track(one) for one in built]
+        return (one if isinstance(one, FrameResult) else self.track(one) for one in built)
 
     def restart(self) -> list[FrameResult]:
         """Forget stamps and keyframes, as before a recording; what waited for a partner is discarded."""

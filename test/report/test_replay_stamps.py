@@ -122,6 +122,18 @@ def test_a_depth_image_that_is_refused_is_counted_but_is_no_frame(observations) 
     assert pipeline.refused == {"STAMP_DUPLICATE": 1}
 
 
+def test_frames_that_become_certain_together_are_registered_one_by_one(observations, monkeypatch) -> None:
+    """All frames of a recording whose calibration comes last: their images are not held all at once."""
+    calibration, *images = frames(observations, 0, 1, 2)
+    pipeline, tracked = Pipeline(CONFIG), []
+    track = pipeline.track
+    monkeypatch.setattr(pipeline, "track", lambda synced: tracked.append(synced.frame.stamp_ns) or track(synced))
+    run_before = [found for one in images for found in pipeline.pair(one).found]
+    results = pipeline.finish(pipeline.pair(calibration).found)
+    assert (run_before, next(results).state, len(tracked)) == ([], "STARTED", 1)
+    assert [result.state for result in (*results, *pipeline.flush())] == ["TRACKING", "TRACKING"]
+
+
 @pytest.mark.hostile("Stamps: back by less than 1 s R, by more: reset")
 def test_a_jump_back_of_a_second_starts_a_new_session(observations) -> None:
     # Frames are 0.27 s apart: from 5 back to 0 it is 1.33 s.

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy import stats
 from vigg_ros.bench.worlds import HandheldLoop, hall_of_columns, room
 from vigg_ros.bench.worlds.poses import Pose, look_at
 from vigg_ros.registration import Camera, Config, Frame, Reason, Registration, Rejection
+from vigg_ros.registration.features import Features, extract
 from vigg_ros.tracking import FrameResult, Registrar, State
 from vigg_ros_testing.registration_samples import Studio, errors, looking
 
@@ -367,3 +369,18 @@ def test_a_frame_whose_time_is_up_is_lost_and_the_next_one_is_not(studio: Studio
     assert late.outcome.reason is Reason.TIMEOUT
     registrar.configure(CONFIG.replace({"time_budget_s": 60.0}))
     assert registrar.step(sequence[3]).state is State.TRACKING
+
+
+def test_time_may_be_up_while_the_first_frame_is_searched_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An image without texture is searched once more, in full size, after its features were extracted."""
+    camera = Camera(640, 480, 500.0, 500.0, 319.5, 239.5)
+    grey = Frame.from_depth(np.full((480, 640, 3), 90, np.uint8), np.full((480, 640), 2, np.float32), camera)
+    features = extract(grey, CONFIG)
+
+    def late(frame: Frame, config: Config) -> Features:
+        time.sleep(0.01)
+        return features
+
+    monkeypatch.setattr("vigg_ros.tracking.registrar.extract", late)
+    result = Registrar(CONFIG.replace({"time_budget_s": 0.005})).step(grey)
+    assert (result.state, result.reason) == (State.LOST, "TIMEOUT")

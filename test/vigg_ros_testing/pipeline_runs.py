@@ -25,7 +25,7 @@ from vigg_ros.tracking.frame_result import FrameResult
 def run_observations(pipeline: Pipeline, observations: Iterable[Observation]) -> list[FrameResult]:
     """The results of a whole recording that is decoded already."""
     found = [result for one in observations for result in pipeline.finish(pipeline.pair(one).found)]
-    return found + pipeline.flush()
+    return [*found, *pipeline.flush()]
 
 
 def assemble(assembler: FrameAssembler, *observations: Observation, end: bool = False) -> list[SyncedFrame | Refusal]:

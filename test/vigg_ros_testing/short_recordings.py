@@ -37,7 +37,7 @@ class Entry:
 
 
 def short_entries(bag: Path, *, frames: int, every: int) -> list[Entry]:
-    """Of each topic every so manyth message, so many of them, as recorded."""
+    """Of each topic every n-th message, so many of them, as recorded."""
     found, seen = [], Counter[str]()
     with rosbag2.Reader(bag) as reader:
         for connection, log_ns, data in reader.messages():

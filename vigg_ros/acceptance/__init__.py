@@ -2,5 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """May this answer be given? What speaks for it, what against it, and the limits."""
 
-# First, whichever room is asked for first: its vigg.py composes both.
+# First, whichever package is imported first: its vigg.py composes both.
 import vigg_ros.registration  # noqa: F401

@@ -255,7 +255,7 @@ def search_objection(evidence: Evidence, config: Config) -> Objection | None:
 
 
 def answer_objection(evidence: Evidence, config: Config) -> Objection | None:
-    """The first reason against an answer with this evidence; only basic ones where verification is off."""
+    """The first reason against an answer with this evidence; only basic ones where acceptance is off."""
     return _first_objection(_asked(config), evidence, config)
 
 

@@ -77,7 +77,7 @@ def choose(frames: Sequence[PosedFrame], protocol: PairProtocol) -> Iterator[Fra
 
 
 def pairs_at(frames: Sequence[PosedFrame], gaps: Sequence[int], every: int) -> Iterator[FramePair]:
-    """Source frame k, target frame k + gap, for every so manyth k, where both have a pose."""
+    """Source frame k, target frame k + gap, for every n-th k, where both have a pose."""
     by_number = {frame.number: frame for frame in frames}
     first = min(by_number, default=0)
     for gap in gaps:

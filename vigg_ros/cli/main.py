@@ -29,7 +29,7 @@ COMMANDS = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code (see ``commands.console.ExitCode``)."""
+    """Run one command; returns the exit code (see ``cli.console.ExitCode``)."""
     argv = list(sys.argv[1:] if argv is None else argv)
     name = next((word for word in argv if word in COMMANDS), None)
     arguments = _parser(name).parse_args(argv)

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from vigg_ros.node.rates import RateLimit
@@ -60,7 +61,7 @@ class Scheduler:
         self._keyframe_requested = False
         self._running: _Job | None = None
         self._rate_limit = RateLimit()
-        prepare = lambda: warm_up(config, with_points=pipeline.leader == "points")  # noqa: E731
+        prepare = partial(warm_up, config, with_points=pipeline.leader == "points")
         self._worker: Worker[_Job] = Worker(self._register, failed=self._fail, prepare=prepare)
 
     @property

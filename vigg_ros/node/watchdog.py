@@ -39,7 +39,6 @@ class Offer:
 
     type: str
     reliable: bool
-    volatile: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ from vigg_ros.registration.stages import stage
 WIDE_VOXELS, NARROW_VOXELS = 4.0, 2.0
 """Search radius of the first rounds, which may start a few voxels off, and of the others."""
 THINNING, MIN_THINNED = 4, 500
-"""The first rounds use every so manyth point, but not fewer than this: they need not be precise."""
+"""The first rounds use every n-th point, but not fewer than this: they need not be precise."""
 
 MIN_NORMAL_COSINE = 0.5
 """Surfaces that face apart by more than 60 deg are not the same surface."""

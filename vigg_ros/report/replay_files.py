@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vigg_ros.messages.tum_lines import tum_line
-from vigg_ros.tracking.columns import as_text, timing_name, values_of
+from vigg_ros.tracking.columns import COLUMN_NAMES, as_text, timing_name, values_of
 from vigg_ros.tracking.frame_result import FrameResult
 
 
@@ -37,13 +37,12 @@ def write_trajectory(records: Sequence[FrameResult], path: Path) -> None:
 def write_frames(results: Sequence[FrameResult], path: Path) -> None:
     """One row for each frame received; times are the only columns that differ between two replays."""
     stages = list(dict.fromkeys(stage for result in results for stage in result.timings_ms))
-    rows = [values_of(result) for result in results]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*(rows[0] if rows else ()), *map(timing_name, stages), "message"])
-        for result, row in zip(results, rows, strict=True):
+        writer.writerow([*COLUMN_NAMES, *map(timing_name, stages), "message"])
+        for result in results:
             times = (f"{result.timings_ms[s]:.3f}" if s in result.timings_ms else "" for s in stages)
-            writer.writerow([*map(as_text, row.values()), *times, result.message])
+            writer.writerow([*map(as_text, values_of(result).values()), *times, result.message])
 
 
 def write_json(content: Mapping[str, Any], path: Path) -> None:

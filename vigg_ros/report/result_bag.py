@@ -31,7 +31,7 @@ def write_result_bag(results: Sequence[FrameResult], path: Path) -> None:
         bag = _ResultBag(writer)
         for result in sorted(results, key=lambda result: (result.session, result.stamp_ns)):
             if result.stamp_ns > 0:
-                bag.write(replace(result, frame_id=result.frame_id or SENSOR_FRAME))
+                bag.write(result)
 
 
 class _ResultBag:
@@ -46,6 +46,7 @@ class _ResultBag:
         self._writer.write(f"/{NODE_NAME}/status", frame_status(NODE_NAME, result), log_ns=stamp_ns)
         if T_odom_frame is None:
             return
+        result = replace(result, frame_id=result.frame_id or SENSOR_FRAME)
         for topic, message in self._messages.of(BaseResult(result, SensorMount(np.eye(4)))):
             self._writer.write(f"/{NODE_NAME}/{topic}", message, log_ns=stamp_ns)
         transform = encode_transform(

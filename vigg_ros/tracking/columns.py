@@ -59,6 +59,10 @@ COLUMNS = (
 )
 
 
+COLUMN_NAMES = (*(column.name for column in COLUMNS), *RENAMED_COLUMNS)
+"""Of ``values_of``, in its order."""
+
+
 def values_of(result: FrameResult) -> dict[str, Value]:
     """Every column of a result by name, renamed ones under both names."""
     values = {column.name: column.value(result) for column in COLUMNS}

@@ -79,10 +79,9 @@ class Registrar:
             self._velocity = self._velocity if self._is_recent(frame.stamp_ns) else None
             try:
                 seen = self._extract(frame, self._velocity)
+                result = self._start(seen) if self.reference is None else self._track(frame, seen)
             except OutOfTime as overrun:
                 result = self._lost(frame, self.reference, Rejection(Reason.TIMEOUT, str(overrun), Evidence()))
-            else:
-                result = self._start(seen) if self.reference is None else self._track(frame, seen)
         return replace(result, timings_ms=timings_ms)
 
     def _start(self, seen: Comparison) -> FrameResult:

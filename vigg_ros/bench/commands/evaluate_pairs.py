@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("folder", help="the data set, or the bag")
     parser.add_argument("--protocol", choices=list(PAIR_PROTOCOLS), help="the paper's choice of pairs for a data set")
     parser.add_argument("--gaps", type=positive_int, nargs="+", help="in frames (default: 20 60 120)")
-    parser.add_argument("--every", type=positive_int, help="only every so manyth source (default: 10; 1 of listed)")
+    parser.add_argument("--every", type=positive_int, help="only every N-th source (default: 10; 1 of listed)")
     parser.add_argument("--apart", type=positive_float, metavar="METRES", help="pairs so far apart instead of gaps")
     parser.add_argument("--truth-pairs", metavar="FILE", help="pairs with refined poses: target source and 16 numbers")
     parser.add_argument("--refine-truth", action="store_true", help="refine the poses by GICP, as is usual for KITTI")
