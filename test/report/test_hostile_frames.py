@@ -7,11 +7,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vigg_ros.bags.decoding import message_types
+from vigg_ros.messages.fields import ROSBAGS, build
+from vigg_ros.messages.pose_messages import encode_pose
 from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.result import Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.vigg import extract, register
+from vigg_ros.report.recording import Replay
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, PointCloud
 from vigg_ros.tracking.assembly import scan_frame
 from vigg_ros.tracking.extrinsics import StaticTree
@@ -112,3 +116,12 @@ def test_a_scanner_without_a_place_gives_no_pose() -> None:
     assert (record.state, record.reason) == ("REFUSED", "NO_TF")
     assert record.T_odom_frame is None
     assert "no transform from 'lidar' to 'camera'" in record.message
+
+
+def test_what_is_odd_about_the_truth_is_noted() -> None:
+    encoded = encode_pose(np.eye(4), stamp_ns=START_NS, frame_id="/map")
+    message = build(encoded, message_types().types.__getitem__, ROSBAGS)
+    replay = Replay(pipeline := Pipeline(CONFIG))
+    assert list(replay.run([("ground_truth", message)])) == []
+    assert [pose.frame_id for pose in replay.truth] == ["map"]
+    assert [*pipeline.notes] == [("ground_truth", "FRAME_ID_SLASH")]

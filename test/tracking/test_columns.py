@@ -38,3 +38,9 @@ def test_messages_carry_no_figure_that_is_not_finite() -> None:
     known = known_values_of(tracked(1, runner_up=math.nan))
     assert "runner_up" not in known
     assert all(math.isfinite(float(text)) for name, text in known.items() if name.startswith(("sigma", "over", "con")))
+
+
+def test_a_file_without_frames_has_its_heading(tmp_path: Path) -> None:
+    write_frames([], tmp_path / "frames.csv")
+    heading = ",".join([*values_of(started()), "message"])
+    assert (tmp_path / "frames.csv").read_text(encoding="utf-8") == f"{heading}\n"

@@ -212,9 +212,8 @@ def _worst(pictured: Sequence[PicturedFrame], stretch: int) -> list[PicturedFram
 
 
 def _pictured(index: int, result: FrameResult, compared: Comparison, config: Config) -> PicturedFrame:
-    keyframe = compared.keyframe
+    keyframe, outcome = compared.keyframe, result.outcome
     target = None if keyframe is None else FramePicture.of(keyframe.frame, keyframe.features)
-    found = isinstance(result.outcome, Registration)
-    margin = answer_margin(result.outcome.evidence, config) if found else LOST_MARGIN  # type: ignore[union-attr]
+    margin = answer_margin(outcome.evidence, config) if isinstance(outcome, Registration) else LOST_MARGIN
     source = FramePicture.of(compared.frame, compared.features)
     return PicturedFrame(index, margin, replace(result, compared=None), source, target)

@@ -61,12 +61,11 @@ def _show(pictured: PicturedFrame, letter: str, place: str, gallery: Gallery) ->
 
 def caption(pictured: PicturedFrame) -> str:
     """What came of the frame, and by which evidence."""
-    outcome = pictured.result.outcome
-    assert outcome is not None, "the gallery keeps no frame that starts a session"
-    evidence = outcome.evidence
+    evidence = pictured.result.evidence
+    assert evidence is not None, "the gallery keeps no frame that starts a session"
     if pictured.reason is not None:
         against = "There was no keyframe yet." if pictured.target is None else _compared(pictured)
-        return f"{MEANINGS[pictured.reason.value]} In figures: {getattr(outcome, 'message', '')}. {against}"
+        return f"{MEANINGS[pictured.reason.value]} In figures: {pictured.result.message}. {against}"
     return (
         f"{_compared(pictured)} {evidence.visual_inliers} of {evidence.visual_matches} visual and "
         f"{evidence.geometric_inliers} of {evidence.geometric_matches} geometric matches agree with the answer. "

@@ -70,9 +70,13 @@ class Replay:
 
     def _take_truth(self, message: Any) -> None:
         try:
-            self.truth.append(decode_pose(message))
+            pose = decode_pose(message)
         except DataError as error:
             self._pipeline.refused[error.code] += 1
+            return
+        self.truth.append(pose)
+        for note in pose.notes:
+            self._pipeline.notes.setdefault(("ground_truth", note.code), note)
 
 
 def is_refused(result: FrameResult) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.node import trajectory_log as trail_module
+from vigg_ros.node import trajectory_log as log_module
 from vigg_ros.node.trajectory_log import SaveError, TrajectoryLog
 
 
@@ -77,7 +77,7 @@ class StoppedClock(datetime):
     "System: disk full, read-only folder, existing path, symlink: an error, never overwritten or deleted"
 )
 def test_an_existing_file_or_link_is_never_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trail_module, "datetime", StoppedClock)
+    monkeypatch.setattr(log_module, "datetime", StoppedClock)
     first = with_poses(1).save(str(tmp_path))
     with pytest.raises(SaveError, match="exists"):
         with_poses(2).save(str(tmp_path))
@@ -95,7 +95,7 @@ def test_a_file_has_its_name_only_when_it_is_complete(tmp_path: Path, monkeypatc
     one = with_poses(3)
     seen: list[list[str]] = []
 
-    def lines(trail: TrajectoryLog) -> Iterator[str]:
+    def lines(log: TrajectoryLog) -> Iterator[str]:
         seen.append([path.suffix for path in tmp_path.iterdir()])
         yield "# session 0"
         raise OSError(28, "No space left on device")
@@ -119,7 +119,7 @@ def test_a_copy_stays_as_it_was_while_poses_are_added() -> None:
 
 
 def test_many_poses_are_written_as_each_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trail_module, "_BLOCK", 7)
+    monkeypatch.setattr(log_module, "_BLOCK", 7)
     one, expected = TrajectoryLog(), ["# session 0"]
     for number, rotation in enumerate(Rotation.random(50, random_state=3)):
         T_odom_frame = moved(number)
