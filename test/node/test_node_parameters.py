@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import yaml
 
+from vigg_ros.node.parameter_files import unmatched_nodes
 from vigg_ros.node.parameter_table import markdown_table
-from vigg_ros.node.settings import SHORT_NAMES, NodeOptions, Settings, parse_extrinsics, unmatched_nodes
+from vigg_ros.node.settings import SHORT_NAMES, NodeOptions, Settings, parse_extrinsics
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import ConfigError
 

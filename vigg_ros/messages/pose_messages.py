@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.messages.fields import Message, stamped
-from vigg_ros.registration.quaternion import quaternion_from_rotation
-from vigg_ros.registration.rigid import is_rigid
+from vigg_ros.registration.rigid import is_rigid, quaternions_from_rotations
 
 
 def encode_pose(T_frame_child: NDArray[np.floating], *, stamp_ns: int, frame_id: str) -> Message:
@@ -83,7 +82,7 @@ def _rigid(kind: str, T_frame_child: NDArray[np.floating]) -> tuple[Message, Mes
     T = _checked(T_frame_child, (4, 4))
     if not is_rigid(T):
         raise ValueError(f"found {T.tolist()}, expected a rigid transform")
-    x, y, z, w = quaternion_from_rotation(T[:3, :3])
+    ((x, y, z, w),) = quaternions_from_rotations(T[None, :3, :3]).tolist()
     return _vector(kind, T[:3, 3]), Message.of("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
 

@@ -61,12 +61,8 @@ class Scheduler:
         self._running: _Job | None = None
         self._rate_limit = RateLimit()
         prepare = lambda: warm_up(config, with_points=pipeline.leader == "points")  # noqa: E731
-        self._worker: Worker[_Job] = Worker(self._register, failed=self._fail, prepare=prepare)
-
-    @property
-    def worker(self) -> Worker[_Job]:
+        self.worker: Worker[_Job] = Worker(self._register, failed=self._fail, prepare=prepare)
         """The thread of the registrations."""
-        return self._worker
 
     def receive(self, role: Role, message: Any, *, arrived_s: float) -> Received:
         """Take a message, arrived at this time (time.monotonic). What is refused has its result at once."""
@@ -90,7 +86,7 @@ class Scheduler:
         From the thread that calls ``receive``.
         """
         with self._gate:
-            for job in self._worker.withdraw():
+            for job in self.worker.withdraw():
                 self._discard(job)
             for result in self._pipeline.restart():
                 self._give(result)
@@ -120,12 +116,12 @@ class Scheduler:
         with self._gate:
             self._restarts += 1
             self._publish = lambda result, base: None
-        return self._worker.stop(timeout_s)
+        return self.worker.stop(timeout_s)
 
     def _offer(self, jobs: list[_Job]) -> None:
         """Hand over the jobs of one moment: pairs may become certain together, and do not displace each other."""
         if jobs:
-            for job in self._worker.offer(jobs):
+            for job in self.worker.offer(jobs):
                 self._leave_out(job, State.DROPPED, "NEWER_FRAME", "a newer frame arrived while this one waited")
 
     def _wants(self, job: _Job) -> bool:

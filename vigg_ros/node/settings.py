@@ -182,36 +182,6 @@ def parse_extrinsics(text: str) -> NDArray[np.float64] | None:
         raise ConfigError(f"extrinsics: {error}") from error
 
 
-def unmatched_nodes(content: Any, node_name: str) -> list[str]:
-    """The nodes that a parameter file speaks of, if none of them is ``node_name`` ("/ns/registrar"); else nothing."""
-    if not isinstance(content, Mapping):
-        return []
-    named = [f"{prefix}/{key}".replace("//", "/").strip("/") for prefix, key in _node_keys(content)]
-    if any(_matches(name, node_name.strip("/")) for name in named):
-        return []
-    return named
-
-
-def _node_keys(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    for key, value in content.items():
-        if isinstance(value, Mapping) and "ros__parameters" in value:
-            yield prefix, str(key)
-        elif isinstance(value, Mapping):
-            yield from _node_keys(value, f"{prefix}/{key}")
-
-
-def _matches(pattern: str, name: str) -> bool:
-    """rcl's wildcards: * is one part of a name, ** any number of them."""
-    parts, wanted = name.split("/"), pattern.split("/")
-    if wanted[0] == "**":
-        return any(_matches("/".join(wanted[1:]), "/".join(parts[i:])) for i in range(len(parts))) or wanted == ["**"]
-    if wanted[0] not in ("*", parts[0]):
-        return False
-    if len(wanted) == 1 or len(parts) == 1:
-        return len(wanted) == len(parts)
-    return _matches("/".join(wanted[1:]), "/".join(parts[1:]))
-
-
 def _configuration(name: str) -> Config:
     """A preset by name, or a file."""
     if name in PRESETS:

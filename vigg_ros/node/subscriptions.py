@@ -43,23 +43,14 @@ class InputTopic:
     def follow(self) -> bool:
         """Look at the graph and subscribe as its publishers ask; True if the number of publishers changed."""
         before = len(self.offers)
-        self.offers = self.look()
+        self.offers = _offers(self._node, self.topic)
         chosen = (self._type(), self._wants_reliable())
         if chosen != self._chosen:
-            self.close()
+            if self._subscription is not None:
+                self._node.destroy_subscription(self._subscription)
             self._chosen = chosen
             self._subscription = self._subscribe(*chosen)
         return len(self.offers) != before
-
-    def look(self) -> tuple[Offer, ...]:
-        """The publishers of the topic, as the graph describes them now."""
-        return _offers(self._node, self.topic)
-
-    def close(self) -> None:
-        """Receive nothing more."""
-        if self._subscription is not None:
-            self._node.destroy_subscription(self._subscription)
-            self._subscription = None
 
     def facts(self, now_s: float) -> InputFacts:
         """What the watchdog wants to know."""
@@ -110,6 +101,7 @@ def has_publisher(node: Node, role: str) -> str | None:
 
 
 def _offers(node: Node, topic: str) -> tuple[Offer, ...]:
+    """The publishers of a topic, as the graph describes them now."""
     found = node.get_publishers_info_by_topic(topic)
     return tuple(
         Offer(one.topic_type, one.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT) for one in found

@@ -39,7 +39,6 @@ class Offer:
 
     type: str
     reliable: bool
-    volatile: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +114,7 @@ def _no_publisher(one: InputFacts, facts: Facts) -> Finding:
         other = "depth" if one.role == "points" else "points"
         remedy = f"set geometry to {other}: {facts.idle_topics[0]} has a publisher"
     else:
-        remedy = f"start the driver, or remap: --ros-args -r {_relative(one)}:=/its/topic"
+        remedy = f"start the driver, or remap: --ros-args -r {TOPICS[one.role]}:=/its/topic"
     code = "NO_CAMERA_INFO" if one.role == "camera_info" else "NO_PUBLISHER"
     return Finding(code, one.topic, "no publisher", f"one of {one.type}", remedy)
 
@@ -126,7 +125,7 @@ def _wrong_type(one: InputFacts) -> Finding:
     if compressed and all(kind.startswith("sensor_msgs/msg/") and kind.endswith("Image") for kind in types):
         remedy = f"set image_transport to {'raw' if one.type.endswith('CompressedImage') else 'compressed'}, or to auto"
     else:
-        remedy = f"remap {_relative(one)} to the right topic; `ros2 topic list -t` shows their types"
+        remedy = f"remap {TOPICS[one.role]} to the right topic; `ros2 topic list -t` shows their types"
     return Finding("WRONG_TYPE", one.topic, f"publishers of {', '.join(types)}", one.type, remedy)
 
 
@@ -170,10 +169,4 @@ def _of_frames(facts: Facts) -> Iterator[Finding]:
 
 
 def _seconds(offset_s: float) -> str:
-    if abs(offset_s) >= 1:
-        return f"{offset_s:+.3f} s"
-    return f"{1e3 * offset_s:+.1f} ms"
-
-
-def _relative(one: InputFacts) -> str:
-    return TOPICS[one.role]
+    return f"{offset_s:+.3f} s" if abs(offset_s) >= 1 else f"{1e3 * offset_s:+.1f} ms"

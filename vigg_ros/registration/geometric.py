@@ -55,8 +55,6 @@ class Landmarks:
 
     points: NDArray[np.float32]
     """(L, 3), metres."""
-    normals: NDArray[np.float32]
-    """(L, 3), unit length, towards the sensor."""
     features: NDArray[np.float32]
     """(L, 33) FPFH, unit length."""
 
@@ -65,7 +63,7 @@ class Landmarks:
 
     def select(self, rows: NDArray[Any]) -> Landmarks:
         """Some of the landmarks, by mask or index."""
-        return Landmarks(self.points[rows], self.normals[rows], self.features[rows])
+        return Landmarks(self.points[rows], self.features[rows])
 
 
 def voxel_downsample(
@@ -132,7 +130,7 @@ def build_patches(surface: Surface, config: GeometricConfig) -> Surface:
 def build_landmarks(patches: Surface, config: GeometricConfig) -> Landmarks:
     """The patches with FPFH."""
     radius_m = config.feature_radius_voxels * config.voxel_size_m
-    return Landmarks(patches.points, patches.normals, describe(patches.points, patches.normals, radius_m))
+    return Landmarks(patches.points, describe(patches.points, patches.normals, radius_m))
 
 
 def sample(count: int, limit: int, seed: int) -> NDArray[np.int64]:

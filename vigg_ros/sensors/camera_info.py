@@ -9,6 +9,7 @@ rectified one (``image_rect``). The message does not say which it accompanies; t
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -19,7 +20,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.header import HeaderMessage, read_header
 from vigg_ros.sensors.message_limits import check_image_size
 from vigg_ros.sensors.observation import Calibration, Note
-from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, binned, cropped
+from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, scaled
 
 ImageKind = Literal["raw", "rectified"]
 RectifyPolicy = Literal["auto", "assume_rectified", "undistort"]
@@ -115,7 +116,7 @@ def _cropped(full: Camera, msg: CameraInfoMessage) -> Camera:
             expected="a window of the image, or all zeros",
             remedy="check the driver's region of interest",
         )
-    return cropped(full, left_px=left, top_px=top, width_px=width, height_px=height)
+    return replace(full, width_px=width, height_px=height, cx_px=full.cx_px - left, cy_px=full.cy_px - top)
 
 
 def _region(msg: CameraInfoMessage) -> tuple[int, int, int, int]:
@@ -135,7 +136,9 @@ def _binned(camera: Camera, msg: CameraInfoMessage) -> Camera:
             expected="fewer than the image has",
             remedy="check the driver's binning",
         )
-    return camera if (factor_x, factor_y) == (1, 1) else binned(camera, factor_x, factor_y)
+    if factor_x == factor_y == 1:
+        return camera
+    return scaled(camera, (camera.width_px // factor_x, camera.height_px // factor_y), (1 / factor_x, 1 / factor_y))
 
 
 def _rectifier(
@@ -143,12 +146,12 @@ def _rectifier(
 ) -> Rectifier | None:
     """What undistorts the images, None if there is nothing to undistort."""
     rotation = tuple(R.tolist()) if R.any() else IDENTITY_ROTATION
-    if not D.any():
-        if rotation == IDENTITY_ROTATION:
-            return None
-        # A lens without distortion in a rig that is rotated: any model will do.
-        return Rectifier(taken, rectified, "plumb_bob", (0.0,) * 4, rotation)
-    return Rectifier(taken, rectified, model, tuple(D.tolist()), rotation)
+    if D.any():
+        return Rectifier(taken, rectified, model, tuple(D.tolist()), rotation)
+    if rotation == IDENTITY_ROTATION:
+        return None
+    # A lens without distortion in a rig that is rotated: any model will do.
+    return Rectifier(taken, rectified, "plumb_bob", (0.0,) * 4, rotation)
 
 
 def _stereo_notes(P: NDArray[np.float64]) -> tuple[Note, ...]:
