@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from vigg_ros.bench.pair_results import INDOOR
+from vigg_ros.bench.pair_results import INDOOR_LIMITS
 
 ROOT = Path(__file__).parents[1]
 
@@ -93,7 +93,7 @@ def test_commands_name_the_data_and_not_where_it_lies() -> None:
 def write_results(folder: Path, name: str, rows: list[tuple[str, ...]]) -> None:
     """A table as an evaluation leaves it, with the limits it was judged by."""
     (folder / f"{name}.csv").write_text("\n".join(map(",".join, rows)))
-    (folder / f"{name}.json").write_text(json.dumps({"limits": asdict(INDOOR)}))
+    (folder / f"{name}.json").write_text(json.dumps({"limits": asdict(INDOOR_LIMITS)}))
 
 
 def test_the_worst_failures_are_wrong_answers_then_refusals_one_of_a_kind(tmp_path: Path) -> None:

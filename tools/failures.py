@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from vigg_ros.acceptance.agreement import Pair, assess
 from vigg_ros.bench.datasets.convert import open_dataset
 from vigg_ros.bench.pair_results import Limits
-from vigg_ros.bench.pairs import Wanted, pairs_at, pairs_listed, posed_frames
-from vigg_ros.bench.rendered_pairs import OUTDOOR as STREET
-from vigg_ros.bench.rendered_pairs import rendered_pair
+from vigg_ros.bench.pairs import FramePair, pairs_at, pairs_listed, posed_frames
+from vigg_ros.bench.rendered_pairs import STREET, rendered_pair
 from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, Picture, beside, draw_aligned, draw_matches, write
 from vigg_ros.registration import Config, Features, Frame, Registration, extract, register
 from vigg_ros.registration.geometry import DepthMap
@@ -53,8 +52,8 @@ def draw(arguments: Sequence[str], data: Path, folder: Path, images: Path, count
         old.unlink()
     failures = []
     for number, row in enumerate(worst(folder, count), 1):
-        wanted = find_pair(arguments, data, row)
-        picture, text = describe(wanted, _config(arguments, wanted))
+        frame_pair = find_pair(arguments, data, row)
+        picture, text = describe(frame_pair, _config(arguments, frame_pair))
         name = f"{prefix}{number}.jpg"
         cv2.imwrite(str(images / name), picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         failures.append(Failure(f"images/{name}", text))
@@ -106,7 +105,7 @@ def _rows(folder: Path) -> list[tuple[Row, Limits]]:
     return found
 
 
-def find_pair(arguments: Sequence[str], data: Path, row: Row) -> Wanted:
+def find_pair(arguments: Sequence[str], data: Path, row: Row) -> FramePair:
     """The pair of a row of the table."""
     if arguments[0] == "rendered":
         seed = int(arguments[arguments.index("--seed") + 1])
@@ -122,16 +121,16 @@ def find_pair(arguments: Sequence[str], data: Path, row: Row) -> Wanted:
     return next(pair for pair in pairs if (pair.target.name, pair.source.name) == (row["target"], row["source"]))
 
 
-def describe(wanted: Wanted, config: Config) -> tuple[Picture, str]:
+def describe(frame_pair: FramePair, config: Config) -> tuple[Picture, str]:
     """The matches, coloured where they are right, and the surfaces as they are and as the answer has them."""
-    frames = wanted.target.load(), wanted.source.load()
+    frames = frame_pair.target.load(), frame_pair.source.load()
     target, source = (extract(frame, config) for frame in frames)
     outcome = register(target, source, config)
     visual = match_visual(target.fine_keypoints, source.fine_keypoints, config.visual)
-    truth = assess(Pair(target, source, visual, no_matches(), config), wanted.T_target_source)
+    truth = assess(Pair(target, source, visual, no_matches(), config), frame_pair.T_target_source)
     right = truth.visual_inliers
     features = target, source
-    as_it_is = _surfaces(frames[0], features, wanted.T_target_source)
+    as_it_is = _surfaces(frames[0], features, frame_pair.T_target_source)
     rows = [_matches(frames, features, visual, right), write(as_it_is, "as they are", (10, 38), _INK)]
     said = "no answer"
     if isinstance(outcome, Registration):
@@ -142,14 +141,14 @@ def describe(wanted: Wanted, config: Config) -> tuple[Picture, str]:
         said += f", {outcome.reason.value} ({outcome.message})"
     facts = f"{np.count_nonzero(right)} of {len(visual)} visual matches are right"
     overlap = f"{truth.agreement.overlap:.0%} of the surface coincides under the true motion"
-    text = f"{_pair_name(wanted)}: {said}. {facts}; {overlap}."
+    text = f"{_pair_name(frame_pair)}: {said}. {facts}; {overlap}."
     return np.vstack([_as_wide(row, rows[0].shape[1]) for row in rows]), text
 
 
-def _pair_name(wanted: Wanted) -> str:
-    if wanted.group.isdigit():
-        return f"Source {wanted.source.name}, target {wanted.target.name} (gap {wanted.group})"
-    return f"Rendered: {wanted.target.name} and {wanted.source.name} (overlap {wanted.overlap:.0%})"
+def _pair_name(frame_pair: FramePair) -> str:
+    if frame_pair.group.isdigit():
+        return f"Source {frame_pair.source.name}, target {frame_pair.target.name} (gap {frame_pair.group})"
+    return f"Rendered: {frame_pair.target.name} and {frame_pair.source.name} (overlap {frame_pair.overlap:.0%})"
 
 
 def _matches(
@@ -178,8 +177,8 @@ def _as_wide(picture: Picture, width_px: int) -> Picture:
     return beside(picture, blank)[:, :width_px]
 
 
-def _config(arguments: Sequence[str], wanted: Wanted) -> Config:
-    is_scan = "lidar" in arguments or wanted.group == STREET
+def _config(arguments: Sequence[str], frame_pair: FramePair) -> Config:
+    is_scan = "lidar" in arguments or frame_pair.group == STREET
     return Config.preset("lidar" if is_scan else "rgbd")
 
 

@@ -13,7 +13,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-LIBRARIES = ("numpy", "opencv-python-headless", "open3d", "small_gicp", "kiss-matcher", "evo")
+LIBRARIES = ("numpy", "opencv-python-headless", "open3d", "small_gicp", "kiss-matcher")
 
 
 def with_block(page: str, name: str, content: str) -> str:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
 import json
 from pathlib import Path
 
@@ -18,8 +17,6 @@ from vigg_ros.bench.worlds import HandheldLoop
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
 from vigg_ros.messages.pose_messages import encode_pose
-
-needs_evo = pytest.mark.skipif(importlib.util.find_spec("evo") is None, reason="evo is not installed")
 
 ROOM = Path(__file__).parents[2] / "bags" / "room_rgbd"
 
@@ -142,7 +139,6 @@ def write_walk(path: Path, *, offset_m: float = 0.0, count: int = 20) -> None:
     np.savetxt(path, rows, fmt="%.9f")
 
 
-@needs_evo
 def test_a_trajectory_comes_with_its_coverage_and_its_alignment(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -164,7 +160,6 @@ def test_a_trajectory_comes_with_its_coverage_and_its_alignment(
     assert found["frames_received"] == 25
 
 
-@needs_evo
 def test_trajectories_of_bags_are_read_by_their_topic(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with BagWriter(tmp_path / "bag") as writer:
         for i in range(20):

@@ -35,10 +35,30 @@ def test_the_shortest_arc_is_taken():
     np.testing.assert_allclose(found.T_world_sensor[0], pose(yaw_deg=180), atol=1e-12)
 
 
-def test_a_gap_of_a_tenth_of_a_second_is_bridged_and_a_nanosecond_more_is_not():
-    poses = [pose(0), pose(1)]
-    assert interpolate(Trajectory.of([0, TENTH], poses), at(5))[1].all()
-    assert not interpolate(Trajectory.of([0, TENTH + 1], poses), at(5))[1].any()
+@pytest.mark.parametrize(
+    ("intervals_ms", "widest_ms"),
+    [([10], 100), ([66], 100), ([100, 106], 159), ([300], 450), ([400], 500), ([5000], 500)],
+)
+def test_gaps_of_half_an_interval_more_are_bridged_and_a_nanosecond_more_is_not(intervals_ms, widest_ms):
+    # 1.5 median intervals, from 0.1 to 0.5 s: a lost pose of a truth of 10 Hz is a gap, its jitter is none.
+    steps_ns = [*(intervals_ms * 4), widest_ms, *(intervals_ms * 4)]
+    for more_ns, bridged in ((0, True), (1, False)):
+        stamps_ns = np.cumsum([0, *np.array(steps_ns) * 1_000_000])
+        stamps_ns[len(intervals_ms) * 4 + 1 :] += more_ns
+        truth = Trajectory.of(stamps_ns, winding(len(stamps_ns)))
+        middle_ns = at(stamps_ns[len(intervals_ms) * 4] + 5)
+        assert interpolate(truth, middle_ns)[1].tolist() == [bridged]
+
+
+def test_a_truth_that_keeps_its_rate_loosely_is_known_everywhere_but_in_its_hole():
+    # As KITTI's GPS packets: 100 to 106 ms apart. From the 30th on, 3 s are missing.
+    intervals_ms = [100 + i % 7 for i in range(60)]
+    stamps_ns = np.cumsum([0, *intervals_ms]) * 1_000_000
+    stamps_ns[30:] += 3 * SECOND
+    asked_ns = np.arange(stamps_ns[0], stamps_ns[-1], TENTH)
+    known = interpolate(Trajectory.of(stamps_ns, winding(61)), asked_ns)[1]
+    np.testing.assert_array_equal(known, (asked_ns <= stamps_ns[29]) | (asked_ns >= stamps_ns[30]))
+    assert np.count_nonzero(~known) >= 30
 
 
 def test_a_pose_at_the_stamp_itself_is_taken_as_it_is_whatever_the_gaps_around_it():

@@ -10,11 +10,12 @@ import cv2
 import numpy as np
 import pytest
 
+from vigg_ros.bags.reader import BagReader
+from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.datasets.dataset import Dataset
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
-
 
 CAMERA = Camera(width_px=8, height_px=6, fx_px=7, fy_px=6, cx_px=3.5, cy_px=2.5)
 """Of ``save_intrinsics``, for images of ``save_image``."""
@@ -27,17 +28,31 @@ def real_data(name: str) -> Path:
     return SHARED / name
 
 
+def messages_of(bag: Path) -> dict[str, list]:
+    """The bag's messages by topic, in order; its topics need no naming."""
+    found: dict[str, list] = {}
+    with BagReader(bag) as reader:
+        assert set(choose_topics(reader.topics, encodings=reader.encodings()).names) == {t.name for t in reader.topics}
+        for one in reader.messages():
+            found.setdefault(one.topic, []).append(one.message)
+        assert not reader.damaged
+    return found
+
+
 def save_image(path: Path, value: int, size: tuple[int, int] = (8, 6)) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(path), np.full((size[1], size[0], 3), value, np.uint8))
+    _save(path, np.full((size[1], size[0], 3), value, np.uint8))
 
 
 def save_depth(path: Path, value: int, size: tuple[int, int] = (8, 6)) -> None:
     """Depth of one value, but for a pixel of 0 and one of 65535 at the top left."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     depth = np.full((size[1], size[0]), value, np.uint16)
     depth[0, :2] = 0, 65535
-    cv2.imwrite(str(path), depth)
+    _save(path, depth)
+
+
+def _save(path: Path, image: np.ndarray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), image)
 
 
 def pose_at(x: float) -> np.ndarray:
@@ -45,34 +60,32 @@ def pose_at(x: float) -> np.ndarray:
     return np.array([[0.0, -1, 0, x], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 
-def save_pose(path: Path, T: np.ndarray) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.savetxt(path, T)
-
-
 QUARTER_TURN = "0 0 0.7071067811865476 0.7071067811865476"
 """The quaternion x y z w of ``pose_at``."""
 
 
 def save_intrinsics(path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("7 0 3.5\n0 6 2.5\n0 0 1\n")
 
 
-def seven_scenes(folder: Path, numbers=(0, 1, 2, 5)) -> Path:
+def save_frames(folder: Path, numbers, colour: str, depth: str, pose: str, size=(8, 6)) -> None:
+    """Files of these names in numbers; colour in this size."""
     for k in numbers:
-        save_image(folder / f"frame-{k:06d}.color.png", k)
-        save_depth(folder / f"frame-{k:06d}.depth.png", 1000 + k)
-        save_pose(folder / f"frame-{k:06d}.pose.txt", pose_at(k))
+        save_image(folder / colour.format(k), k, size)
+        save_depth(folder / depth.format(k), 1000 + k)
+        (folder / pose.format(k)).parent.mkdir(exist_ok=True)
+        np.savetxt(folder / pose.format(k), pose_at(k))
+
+
+def seven_scenes(folder: Path, numbers=(0, 1, 2, 5), colour: str = "color.png") -> Path:
+    name = "frame-{:06d}"
+    save_frames(folder, numbers, f"{name}.{colour}", f"{name}.depth.png", f"{name}.pose.txt")
     save_intrinsics(folder / "camera-intrinsics.txt")
     return folder
 
 
 def scannet(folder: Path, numbers=(0, 1, 2, 10)) -> Path:
-    for k in numbers:
-        save_image(folder / "color" / f"{k}.png", k, size=(16, 12))
-        save_depth(folder / "depth" / f"{k}.png", 1000 + k)
-        save_pose(folder / "pose" / f"{k}.txt", pose_at(k))
+    save_frames(folder, numbers, "color/{}.png", "depth/{}.png", "pose/{}.txt", (16, 12))
     (folder / "intrinsic").mkdir()
     K = np.eye(4)
     K[0, 0], K[1, 1], K[0, 2], K[1, 2] = 7, 6, 3.5, 2.5
@@ -107,9 +120,9 @@ KITTI_TR = "0 -1 0 0.1 0 0 -1 0.2 1 0 0 0.3"
 
 
 def kitti(folder: Path, frames: int = 3) -> Path:
+    (folder / "velodyne").mkdir(parents=True)
     for k in range(frames):
         save_image(folder / "image_2" / f"{k:06d}.png", k)
-        (folder / "velodyne").mkdir(exist_ok=True)
         scan = np.array([[k, 1, 2, 0.25], [4, 5, 6, 0.5]], "<f4")
         scan.tofile(folder / "velodyne" / f"{k:06d}.bin")
     (folder / "calib.txt").write_text(f"P0: 0\nP2: {KITTI_P2}\nTr: {KITTI_TR}\n")
@@ -121,24 +134,19 @@ def kitti(folder: Path, frames: int = 3) -> Path:
 
 def kitti_raw(folder: Path, frames: int = 3) -> Path:
     drive = folder / "2011_09_26" / "2011_09_26_drive_0001_sync"
-    for sensor in ("image_02", "velodyne_points", "oxts"):
+    stamps = {"image_02": "964389445", "velodyne_points": "951199337", "oxts": "960000001"}
+    for sensor, fraction in stamps.items():
         (drive / sensor / "data").mkdir(parents=True)
+        rows = (f"2011-09-26 13:02:{25 + k}.{fraction}\n" for k in range(frames))
+        (drive / sensor / "timestamps.txt").write_text("".join(rows))
     for k in range(frames):
         save_image(drive / "image_02" / "data" / f"{k:010d}.png", k)
         np.full((2, 4), k + 1, "<f4").tofile(drive / "velodyne_points" / "data" / f"{k:010d}.bin")
         # One degree of longitude at the equator is 111,319.49 m: this is k metres to the east.
         longitude_deg = k / (6_378_137.0 * np.pi / 180)
         (drive / "oxts" / "data" / f"{k:010d}.txt").write_text(f"0 {longitude_deg!r} 5 0 0 0" + " 0" * 24)
-    for sensor, fraction in (
-        ("image_02", "964389445"),
-        ("velodyne_points", "951199337"),
-        ("oxts", "960000001"),
-    ):
-        rows = (f"2011-09-26 13:02:{25 + k}.{fraction}\n" for k in range(frames))
-        (drive / sensor / "timestamps.txt").write_text("".join(rows))
-    (drive.parent / "calib_cam_to_cam.txt").write_text(
-        f"calib_time: 09-Jan-2012 13:57:47\nS_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: {KITTI_P2}\n"
-    )
+    rectified = f"S_rect_02: 8 6\nR_rect_00: 1 0 0 0 1 0 0 0 1\nP_rect_02: {KITTI_P2}\n"
+    (drive.parent / "calib_cam_to_cam.txt").write_text(f"calib_time: 09-Jan-2012 13:57:47\n{rectified}")
     (drive.parent / "calib_velo_to_cam.txt").write_text("R: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n")
     (drive.parent / "calib_imu_to_velo.txt").write_text("R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n")
     return drive

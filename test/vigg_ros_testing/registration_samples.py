@@ -15,7 +15,7 @@ from vigg_ros.bench.worlds import ImageNoise, KinectNoise, Light, Scene, render_
 from vigg_ros.bench.worlds.canvas import vivid
 from vigg_ros.bench.worlds.patterns import mottled, poster
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at, upright
-from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Sphere, Surface, box
+from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Sphere, TexturedSurface, box
 from vigg_ros.registration import Camera, Config, Features, Frame, Registration, extract
 from vigg_ros.registration.matches import Matches
 
@@ -151,7 +151,7 @@ def clutter(seed: int) -> Scene:
     paint = partial(poster, rng, shapes=40, texel_m=0.008)
     rough = partial(mottled, rng, colour=vivid(rng), contrast=12, texel_m=0.012)
     side = rng.choice((-1, 1))
-    surfaces: list[Surface] = [
+    surfaces: list[TexturedSurface] = [
         Rectangle(flat((0, 0, 0), rng.uniform(0, 90)), (8, 8), rough((8, 8))),
         Rectangle(upright((rng.uniform(2, 3.5), 0, 1.5), 180 + rng.uniform(-30, 30)), (8, 3), rough((8, 3))),
         Rectangle(

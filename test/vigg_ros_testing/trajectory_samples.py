@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Poses and paths whose errors can be worked out by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation

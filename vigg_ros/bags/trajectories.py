@@ -88,6 +88,20 @@ def read_tum_poses(path: Path) -> list[tuple[str, NDArray[np.float64] | None]]:
     return found
 
 
+def read_stamped_poses(path: Path) -> tuple[DatasetPose, ...]:
+    """The poses of a TUM trajectory file by stamp; rows that are no pose are left out. Raises BagError."""
+    poses = [DatasetPose(stamp_in(path, stamp), T) for stamp, T in read_tum_poses(path) if T is not None]
+    return tuple(sorted(poses, key=lambda pose: pose.stamp_ns))
+
+
+def stamp_in(path: Path, text: str) -> int:
+    """A stamp in seconds as the file has it, in ns. Raises BagError when it is none."""
+    try:
+        return parse_stamp_ns(text)
+    except ValueError as error:
+        raise BagError(f"{path}: {error}") from error
+
+
 def _pose_of_quaternion(values: list[float]) -> NDArray[np.float64] | None:
     try:
         return rigid_from_quaternion(values[:3], values[3:])

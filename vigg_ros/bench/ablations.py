@@ -16,26 +16,24 @@ from vigg_ros.acceptance.agreement import Candidate, Pair, assess
 from vigg_ros.acceptance.checks import frame_objection
 from vigg_ros.acceptance.ranking import best_and_competitors, judge
 from vigg_ros.bench.frame_cache import timed_stages
-from vigg_ros.bench.methods import Answer, Method, Task
-from vigg_ros.bench.pairs import Wanted
-from vigg_ros.registration import Config, Outcome, Reason, Registration, Rejection, register
+from vigg_ros.bench.methods import Method, MethodAnswer, Task
+from vigg_ros.bench.pairs import FramePair
+from vigg_ros.registration import Config, Evidence, Features, Outcome, Reason, Registration, Rejection, register
 from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import PAPER
-from vigg_ros.registration.features import Features
 from vigg_ros.registration.geometric import match_global, sample
 from vigg_ros.registration.local_match import refit
 from vigg_ros.registration.matches import Matches, concatenate
-from vigg_ros.registration.result import Evidence
 from vigg_ros.registration.rigid import transform, weighted_svd
 from vigg_ros.registration.stages import stage
 from vigg_ros.registration.vigg import align_by_all, follow, polish
 from vigg_ros.registration.visual import match_visual
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 
-TRUE_DEG, TRUE_THRESHOLDS = 15.0, 3.0
+TRUE_CLIQUE_DEG, TRUE_CLIQUE_THRESHOLDS = 15.0, 3.0
 """Within this angle, and so many inlier thresholds, a clique counts as unambiguous: the recall's limits indoors."""
 
-ICP_ROUNDS = 30
+MAX_ICP_ROUNDS = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +56,11 @@ class Variation:
         return self.noise_m > 0 or self.only_true_cliques or self.guide != "vgm"
 
 
+def _sweep(name: str, what: str, option: str, *values: float) -> dict[str, Variation]:
+    """A variation for each value of an option."""
+    return {f"{name}-{value:g}": Variation(what.format(f"{value:g}"), {option: value}) for value in values}
+
+
 VARIATIONS = {
     "no-guidance": Variation(
         "cliques chosen by visual matches alone, and no local matching",
@@ -71,73 +74,59 @@ VARIATIONS = {
     "refit": Variation("post-refinement on all global matches in place of local matching", guide="refit"),
     "icp": Variation("point-to-point ICP in place of local matching", guide="icp"),
     "within-view": Variation("scans clipped to the camera's view", within_view=True),
-    **{
-        f"iterations-{n}": Variation(f"{n} rounds of local matching", {"local_match.iterations": n}) for n in (0, 3, 5)
-    },
-    **{
-        f"gamma2-{n}": Variation(f"zones of gamma^2 = {n}", {"local_match.gamma_squared": float(n)})
-        for n in (2, 5, 10, 20)
-    },
-    **{
-        f"zone-{n}": Variation(f"zones of {n} m always", {"local_match.fixed_zone_m": n})
-        for n in (0.05, 0.1, 0.2, 0.3, 0.6, 1.2)
-    },
-    **{
-        f"sample-{n}": Variation(f"{n} sampled source points", {"geometric.sample_k": n})
-        for n in (1000, 2500, 5000, 10000)
-    },
+    **_sweep("iterations", "{} rounds of local matching", "local_match.iterations", 0, 3, 5),
+    **_sweep("gamma2", "zones of gamma^2 = {}", "local_match.gamma_squared", 2.0, 5.0, 10.0, 20.0),
+    **_sweep("zone", "zones of {} m always", "local_match.fixed_zone_m", 0.05, 0.1, 0.2, 0.3, 0.6, 1.2),
+    **_sweep("sample", "{} sampled source points", "geometric.sample_k", 1000, 2500, 5000, 10000),
 }
 """The paper's ablations, by name."""
 
-FULL = Variation("nothing changed")
+NO_VARIATION = Variation("nothing changed")
 
-DEFAULT = "default"
+DEFAULT_METHOD = "default"
 """The configuration as given. It has no variations: where images leave no doubt they would change nothing."""
 
-BASES: dict[str, tuple[str, Mapping[str, Any]]] = {
+BASE_METHODS: dict[str, tuple[str, Mapping[str, Any]]] = {
     "whole": ("the whole method on every pair, whether the images leave doubt or not", {"geometric.always": True}),
     "paper": ("the paper's method as published", PAPER),
 }
 
 
 def ablation(base: str, name: str) -> Method:
-    """The method ``base`` or ``base:name``, or DEFAULT; KeyError for others."""
-    if base == DEFAULT and not name:
-        return Method(DEFAULT, "the configuration as given", _Answerer({}, FULL))
-    described, options = BASES[base]
-    variation = VARIATIONS[name] if name else FULL
+    """The method ``base`` or ``base:name``, or DEFAULT_METHOD; KeyError for others."""
+    if base == DEFAULT_METHOD and not name:
+        return Method(DEFAULT_METHOD, "the configuration as given", _VariedMethod({}, NO_VARIATION))
+    described, options = BASE_METHODS[base]
+    variation = VARIATIONS[name] if name else NO_VARIATION
     what = f"{described}: {variation.what}" if name else described
-    return Method(f"{base}:{name}" if name else base, what, _Answerer(options, variation))
+    return Method(f"{base}:{name}" if name else base, what, _VariedMethod(options, variation))
 
 
 @dataclass(frozen=True, slots=True)
-class _Answerer:
+class _VariedMethod:
     """Registers as the base does, with the variation."""
 
     base: Mapping[str, Any]
     variation: Variation
 
-    def __call__(self, task: Task) -> Answer:
+    def __call__(self, task: Task) -> MethodAnswer:
         config = task.config.replace(self.base).replace(self.variation.options)
-        wanted, workshop = task.wanted, task.workshop
-        within_view = self.variation.within_view
-        target, target_ms = workshop.features(wanted.target, config, within_view=within_view)
-        source, source_ms = workshop.features(wanted.source, config, within_view=within_view)
+        target, source, features_ms = task.features(config, within_view=self.variation.within_view)
 
         def work() -> Outcome:
             if self.variation.exchanges_stages:
-                return register_varied((target, source), config, self.variation, wanted)
+                return register_varied((target, source), config, self.variation, task.pair)
             return register(target, source, config)
 
         outcome, timings_ms = timed_stages(work)
-        timings = {"extraction": target_ms + source_ms, **timings_ms}
+        timings = {"extraction": features_ms, **timings_ms}
         if isinstance(outcome, Registration):
-            return Answer(outcome.T_target_source, "", timings)
-        return Answer(None, outcome.reason.value, timings)
+            return MethodAnswer(outcome.T_target_source, "", timings)
+        return MethodAnswer(None, outcome.reason.value, timings)
 
 
 def register_varied(
-    features: tuple[Features, Features], config: Config, variation: Variation, wanted: Wanted
+    features: tuple[Features, Features], config: Config, variation: Variation, frame_pair: FramePair
 ) -> Outcome:
     """The whole of ``register`` on the features of target and source, with stages exchanged."""
     target, source = features
@@ -146,19 +135,19 @@ def register_varied(
     if objection:
         return Rejection(*objection, evidence)
     visual = match_visual(target.fine_keypoints, source.fine_keypoints, config.visual)
-    visual = with_noise(visual, variation.noise_m, seed=_seed(wanted, config))
+    visual = with_noise(visual, variation.noise_m, seed=_seed(frame_pair, config))
     geometric = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)
     pair = Pair(target, source, visual, geometric, config, in_full=True)
     if variation.only_true_cliques or variation.guide != "vgm":
-        return _align_varied(pair, variation, wanted)
+        return _align_varied(pair, variation, frame_pair)
     return align_by_all(pair, evidence)
 
 
-def _align_varied(pair: Pair, variation: Variation, wanted: Wanted) -> Outcome:
+def _align_varied(pair: Pair, variation: Variation, frame_pair: FramePair) -> Outcome:
     """``align_by_all`` with hypotheses filtered by the truth, or with another step behind the choice of a clique."""
     hypotheses = propose(pair.visual, pair.geometric, pair.config.cliques)
     if variation.only_true_cliques:
-        hypotheses = near_truth(hypotheses, wanted.T_target_source, pair.config.cliques.inlier_threshold_m)
+        hypotheses = near_truth(hypotheses, frame_pair.T_target_source, pair.config.cliques.inlier_threshold_m)
     if variation.guide == "vgm":
         candidates = follow(pair, hypotheses)
     else:
@@ -190,25 +179,20 @@ def with_noise(matches: Matches, sigma_m: float, *, seed: int) -> Matches:
 
 def near_truth(hypotheses: Hypotheses, T_true: NDArray[np.float64], threshold_m: float) -> Hypotheses:
     """The hypotheses that are nearly right."""
-    rows = [
-        i
-        for i, T in enumerate(hypotheses.T_target_source)
-        if rotation_error_deg(T, T_true) < TRUE_DEG and translation_error_m(T, T_true) < TRUE_THRESHOLDS * threshold_m
-    ]
+    limit_m = TRUE_CLIQUE_THRESHOLDS * threshold_m
+    errors = [(rotation_error_deg(T, T_true), translation_error_m(T, T_true)) for T in hypotheses.T_target_source]
+    rows = [i for i, (angle_deg, shift_m) in enumerate(errors) if angle_deg < TRUE_CLIQUE_DEG and shift_m < limit_m]
     return Hypotheses(hypotheses.T_target_source[rows], hypotheses.score[rows])
 
 
 @stage("local matches")
 def icp(
-    target: NDArray[np.floating],
-    source: NDArray[np.floating],
-    T_target_source: NDArray[np.float64],
-    threshold_m: float,
+    target: NDArray[np.floating], source: NDArray[np.floating], T_target_source: NDArray[np.float64], threshold_m: float
 ) -> NDArray[np.float64]:
     """Point-to-point ICP of (N, 3) onto (M, 3): nearest points within the threshold, until they stay the same."""
     tree = cKDTree(target)
     before = np.empty(0, np.int64)
-    for _ in range(ICP_ROUNDS):
+    for _ in range(MAX_ICP_ROUNDS):
         distance, nearest = tree.query(transform(T_target_source, source), distance_upper_bound=threshold_m)
         if np.array_equal(nearest, before):
             break
@@ -220,6 +204,6 @@ def icp(
     return T_target_source
 
 
-def _seed(wanted: Wanted, config: Config) -> int:
+def _seed(frame_pair: FramePair, config: Config) -> int:
     """The same for the same pair, whatever else is run."""
-    return config.seed + sum((i + 1) * ord(c) for i, c in enumerate(wanted.name))
+    return config.seed + sum((i + 1) * ord(c) for i, c in enumerate(frame_pair.name))

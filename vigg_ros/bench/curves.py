@@ -18,7 +18,7 @@ from vigg_ros.bench.pair_results import Limits, PairResult
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8d99a6", "#5f6f52", "#000000")
 """Those of Okabe and Ito, which colour-blind people can tell apart, and a few more."""
 
-STYLES = ("-", "--", ":")
+LINE_STYLES = ("-", "--", ":")
 """For methods beyond the colours."""
 
 _SETTINGS = {
@@ -61,9 +61,9 @@ def _draw_row(row: Sequence[Axes], results: Sequence[PairResult], methods: Seque
         at = limit * np.linspace(0, 1, 400) ** 2
         for i, method in enumerate(methods):
             errors = np.array([getattr(result, name) for result in results if result.method == method])
-            style = STYLES[i // len(COLOURS) % len(STYLES)]
-            look = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1.4 if i else 2.2, "zorder": 100 - i}
-            axis.plot(at, cumulative(errors, at), style, label=method, **look)
+            line = LINE_STYLES[i // len(COLOURS) % len(LINE_STYLES)]
+            style = {"color": COLOURS[i % len(COLOURS)], "linewidth": 1.4 if i else 2.2, "zorder": 100 - i}
+            axis.plot(at, cumulative(errors, at), line, label=method, **style)
         axis.set_xscale("function", functions=(np.sqrt, np.square))
         axis.set_xticks((0.0, *marks, limit), [f"{mark:g}" for mark in (0.0, *marks, limit)])
         axis.set_xlim(0, limit)

@@ -1,40 +1,53 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a method is, to be compared with others on the same pairs; and all of them by name."""
+"""What a method is, to be compared with others on the same pairs."""
 
 from __future__ import annotations
 
-import difflib
 import hashlib
+import importlib
 import importlib.util
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-import vigg_ros
-from vigg_ros.bench.frame_cache import Workshop
-from vigg_ros.bench.pairs import Wanted
-from vigg_ros.registration import Config
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.bench.frame_cache import FrameCache
+from vigg_ros.bench.pairs import FramePair
+from vigg_ros.registration import Config, ConfigError, Features, Frame
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
     """One pair for one method."""
 
-    wanted: Wanted
+    pair: FramePair
     """The true motion in it is for the floor and for ablations that say so."""
-    workshop: Workshop
+    cache: FrameCache
     config: Config
+
+    def features(self, config: Config, *, within_view: bool = False) -> tuple[Features, Features, float]:
+        """Features of target and source by a configuration, and the milliseconds for both."""
+        target, target_ms = self.cache.features(self.pair.target, config, within_view=within_view)
+        source, source_ms = self.cache.features(self.pair.source, config, within_view=within_view)
+        return target, source, target_ms + source_ms
+
+    def derived(self, key: Hashable, make: Callable[[Frame], _T]) -> tuple[_T, _T, float]:
+        """What is made of target and of source, and the milliseconds for both; ``key`` names it in the cache."""
+        target, target_ms = self.cache.derived(self.pair.target, key, make)
+        source, source_ms = self.cache.derived(self.pair.source, key, make)
+        return target, source, target_ms + source_ms
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class MethodAnswer:
     """A motion, or the reason why there is none."""
 
     T_target_source: NDArray[np.float64] | None
@@ -50,11 +63,11 @@ class Method:
     name: str
     what: str
     """One line for the list."""
-    answer: Callable[[Task], Answer]
+    answer: Callable[[Task], MethodAnswer]
     library: str = ""
     """The module it needs beyond those of the package."""
-    sources: tuple[str, ...] = ("registration", "evaluation/ablations.py")
-    """The files of the package it is made of, and folders of them."""
+    sources: tuple[str, ...] = ("vigg_ros.registration", "vigg_ros.acceptance", "vigg_ros.bench.ablations")
+    """The modules and packages that its answers depend on."""
 
     def fingerprint(self, config: Config) -> str:
         """Changes when the answers may: with the code, the configuration, or the library's version."""
@@ -73,13 +86,6 @@ def require(methods: Sequence[Method]) -> None:
         )
 
 
-def unknown_method(name: str, known: Sequence[str]) -> ConfigError:
-    """The error for a method that does not exist."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    hint = f"did you mean {close[0]}?" if close else "see `vigg evaluate methods`"
-    return ConfigError(f"unknown method {name!r}; {hint}")
-
-
 def _is_installed(library: str) -> bool:
     return importlib.util.find_spec(library) is not None
 
@@ -95,11 +101,10 @@ def _version(library: str) -> str:
 
 @cache
 def _code(sources: tuple[str, ...]) -> str:
-    """A digest of the files of the package with these names, and of all in the folders among them."""
-    root = Path(vigg_ros.__file__).parent
-    files = [root / name for name in sources if name.endswith(".py")]
-    files += [path for name in sources if not name.endswith(".py") for path in (root / name).rglob("*.py")]
+    """A digest of the files of these modules, and of all in the packages among them."""
     digest = hashlib.sha256()
-    for path in sorted(files):
-        digest.update(path.read_bytes())
+    for source in sources:
+        path = Path(str(importlib.import_module(source).__file__))
+        for file in sorted(path.parent.rglob("*.py")) if path.name == "__init__.py" else [path]:
+            digest.update(file.read_bytes())
     return digest.hexdigest()

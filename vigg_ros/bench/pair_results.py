@@ -7,15 +7,15 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
-FILE = "pairs.jsonl"
+RESULTS_FILE = "pairs.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +28,8 @@ class Limits:
     recall_m: float
 
 
-INDOOR = Limits((2.0, 5.0, 10.0), (0.05, 0.10, 0.25), 15.0, 0.30)
-OUTDOOR = Limits((0.25, 0.5, 1.0), (0.075, 0.15, 0.30), 5.0, 0.60)
+INDOOR_LIMITS = Limits((2.0, 5.0, 10.0), (0.05, 0.10, 0.25), 15.0, 0.30)
+OUTDOOR_LIMITS = Limits((0.25, 0.5, 1.0), (0.075, 0.15, 0.30), 5.0, 0.60)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class PairResult:
 
     method: str
     group: str
-    """The gap in frames, or the kind of place."""
+    """The gap in frames, or the kind of scene."""
     target: str
     source: str
     reason: str
@@ -54,7 +54,6 @@ class PairResult:
 
     @property
     def is_answered(self) -> bool:
-        """Whether there is a transform."""
         return not self.reason
 
     def is_right(self, limits: Limits) -> bool:
@@ -67,33 +66,31 @@ class PairResult:
 
     @property
     def total_ms(self) -> float:
-        """The time of all stages."""
         return sum(self.timings_ms.values())
 
 
 class ResultFile:
-    """A file of results that only grows. A context manager.
+    """A file of results that only grows.
 
     Each line is keyed by what made it, so that what was measured with other code or options is left alone.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._results = _read(path)
-        self._file: IO[str] | None = None
+    def __init__(self, results: dict[str, PairResult], file: IO[str]) -> None:
+        self._results, self._file = results, file
 
-    def __enter__(self) -> ResultFile:
+    @classmethod
+    @contextmanager
+    def open(cls, path: Path) -> Iterator[ResultFile]:
+        """What is in the file, for the with block. Raises BagError."""
+        results = _read(path)
         try:
-            self._file = self._path.open("a", encoding="utf-8")
+            file = path.open("a", encoding="utf-8")
         except OSError as error:
-            raise BagError(f"{self._path} cannot be written: {error}") from error
-        if self._file.tell():
-            self._file.write("\n")  # ends a line that was cut when the last run was stopped
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        if self._file is not None:
-            self._file.close()
+            raise BagError(f"{path} cannot be written: {error}") from error
+        with file:
+            if file.tell():
+                file.write("\n")  # ends a line that was cut when the last run was stopped
+            yield cls(results, file)
 
     def get(self, key: str) -> PairResult | None:
         """The result under this key, if it is there already."""
@@ -101,9 +98,8 @@ class ResultFile:
 
     def add(self, key: str, result: PairResult) -> None:
         """Append one result; it is on disk when this returns."""
-        assert self._file is not None, "results are added inside the with block"
         self._results[key] = result
-        self._file.write(json.dumps({"key": key, **_plain(asdict(result))}) + "\n")
+        self._file.write(json.dumps({"key": key, **nulled(asdict(result))}) + "\n")
         self._file.flush()
 
 
@@ -129,8 +125,8 @@ def _result(row: dict[str, Any]) -> PairResult:
     return PairResult(**row)
 
 
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    """JSON has no infinity: null stands for what is not known."""
+def nulled(row: dict[str, Any]) -> dict[str, Any]:
+    """The row for JSON, which has no infinity: null stands for what is not known."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
 
 

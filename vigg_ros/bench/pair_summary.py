@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vigg_ros.bench.pair_results import Limits, PairResult
+from vigg_ros.bench.pair_results import Limits, PairResult, nulled
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,7 @@ class Summary:
 
     def as_dict(self) -> dict[str, Any]:
         """For summary.json; null where nothing is known."""
-        values = {name: getattr(self, name) for name in self.__slots__}
-        return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in values.items()}
+        return nulled({name: getattr(self, name) for name in self.__slots__})
 
 
 def figure(value: float, *, whole: bool = False) -> str:
@@ -99,7 +98,7 @@ def summarise_all(results: Iterable[PairResult], limits: Limits) -> list[Summary
     for result in results:
         parts[result.group, result.method].append(result)
     groups = list(dict.fromkeys(group for group, _ in parts))
-    return [summarise(rows, limits) for wanted in groups for (group, _), rows in parts.items() if group == wanted]
+    return [summarise(rows, limits) for group in groups for (of_group, _), rows in parts.items() if of_group == group]
 
 
 def reasons(results: Iterable[PairResult]) -> dict[str, Counter[str]]:

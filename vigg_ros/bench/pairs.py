@@ -12,28 +12,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bench.datasets.dataset import Dataset
-from vigg_ros.bench.frame_cache import DatasetLook, Look
-from vigg_ros.registration.errors import BagError
+from vigg_ros.bench.frame_cache import LoadableFrame
+from vigg_ros.registration import BagError
 from vigg_ros.registration.rigid import inverse
 
 
 @dataclass(frozen=True, slots=True)
-class Posed:
+class PosedFrame:
     """A frame of a recording, its number, and where it was taken if that is known."""
 
     number: int
-    look: Look
+    frame: LoadableFrame
     T_world_sensor: NDArray[np.float64] | None
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class FramePair:
     """A pair to register and its true motion."""
 
     group: str
-    """What it is reported under: the gap in frames, or the kind of place."""
-    target: Look
-    source: Look
+    """What it is reported under: the gap in frames, or the kind of scene."""
+    target: LoadableFrame
+    source: LoadableFrame
     T_target_source: NDArray[np.float64]
     overlap: float = float("nan")
     """Share of the surface that both see, where it is known."""
@@ -45,7 +45,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, slots=True)
-class Protocol:
+class PairProtocol:
     """Which pairs of a recording are taken."""
 
     gaps: tuple[int, ...] = (20, 60, 120)
@@ -55,30 +55,28 @@ class Protocol:
     refine_truth: bool = False
 
 
-PROTOCOLS = {
-    "3dmatch": Protocol(),
-    "scannet": Protocol(),
+PAIR_PROTOCOLS = {
+    "3dmatch": PairProtocol(),
+    "scannet": PairProtocol(),
     # Consecutive pairs at least 10 m apart, their poses refined by GICP: raw ones are off by decimetres.
-    "kitti": Protocol(gaps=(), apart_m=10.0, refine_truth=True),
+    "kitti": PairProtocol(gaps=(), apart_m=10.0, refine_truth=True),
 }
 """The paper's, by data set."""
 
 
-def posed_frames(dataset: Dataset) -> list[Posed]:
+def posed_frames(dataset: Dataset) -> list[PosedFrame]:
     """The frames of a data set folder."""
-    frames = dataset.frames()
-    return [Posed(f.number, DatasetLook(f, dataset.T_lidar_camera), f.T_world_sensor) for f in frames]
+    return [PosedFrame(frame.number, frame, frame.T_world_sensor) for frame in dataset.frames()]
 
 
-def choose(frames: Sequence[Posed], protocol: Protocol) -> Iterator[Wanted]:
+def choose(frames: Sequence[PosedFrame], protocol: PairProtocol) -> Iterator[FramePair]:
     """The pairs of the protocol, where both frames have a pose."""
     if protocol.apart_m > 0:
-        yield from pairs_apart(frames, protocol.apart_m)
-    else:
-        yield from pairs_at(frames, protocol.gaps, protocol.every)
+        return pairs_apart(frames, protocol.apart_m)
+    return pairs_at(frames, protocol.gaps, protocol.every)
 
 
-def pairs_at(frames: Sequence[Posed], gaps: Sequence[int], every: int) -> Iterator[Wanted]:
+def pairs_at(frames: Sequence[PosedFrame], gaps: Sequence[int], every: int) -> Iterator[FramePair]:
     """Source frame k, target frame k + gap, for every so manyth k, where both have a pose."""
     by_number = {frame.number: frame for frame in frames}
     first = min(by_number, default=0)
@@ -86,23 +84,25 @@ def pairs_at(frames: Sequence[Posed], gaps: Sequence[int], every: int) -> Iterat
         for number, source in by_number.items():
             target = by_number.get(number + gap)
             if (number - first) % every == 0 and target is not None:
-                yield from _wanted(str(gap), target, source)
+                pair = _pair(str(gap), target, source)
+                if pair is not None:
+                    yield pair
 
 
-def pairs_apart(frames: Sequence[Posed], apart_m: float) -> Iterator[Wanted]:
+def pairs_apart(frames: Sequence[PosedFrame], apart_m: float) -> Iterator[FramePair]:
     """Each pair's target is the first frame at least so far from the source, and the next pair's source."""
-    known = [frame for frame in frames if frame.T_world_sensor is not None]
-    source = known[0] if known else None
-    for frame in known:
-        assert source is not None, "there is a first one"
-        assert source.T_world_sensor is not None, "only known poses are walked through"
-        assert frame.T_world_sensor is not None, "only known poses are walked through"
-        if np.linalg.norm(frame.T_world_sensor[:3, 3] - source.T_world_sensor[:3, 3]) >= apart_m:
-            yield from _wanted(f"{apart_m:g} m", frame, source)
+    source: PosedFrame | None = None
+    for frame in frames:
+        if source is None or source.T_world_sensor is None:
+            source = frame
+            continue
+        pair = _pair(f"{apart_m:g} m", frame, source)
+        if pair is not None and np.linalg.norm(pair.T_target_source[:3, 3]) >= apart_m:
+            yield pair
             source = frame
 
 
-def pairs_listed(frames: Sequence[Posed], path: Path, gaps: Sequence[int], every: int = 1) -> Iterator[Wanted]:
+def pairs_listed(frames: Sequence[PosedFrame], path: Path, gaps: Sequence[int], every: int = 1) -> Iterator[FramePair]:
     """Pairs of a file with rows ``target source`` and T_target_source row by row, 18 numbers. Raises BagError."""
     try:
         rows = np.loadtxt(path, ndmin=2)
@@ -118,10 +118,11 @@ def pairs_listed(frames: Sequence[Posed], path: Path, gaps: Sequence[int], every
             if target is None or source is None or (source.number - first) % every:
                 continue
             if target.number - source.number == gap:
-                yield Wanted(str(gap), target.look, source.look, row[2:].reshape(4, 4))
+                yield FramePair(str(gap), target.frame, source.frame, row[2:].reshape(4, 4))
 
 
-def _wanted(group: str, target: Posed, source: Posed) -> Iterator[Wanted]:
-    if source.T_world_sensor is not None and target.T_world_sensor is not None:
-        T_target_source = inverse(target.T_world_sensor) @ source.T_world_sensor
-        yield Wanted(group, target.look, source.look, T_target_source)
+def _pair(group: str, target: PosedFrame, source: PosedFrame) -> FramePair | None:
+    if source.T_world_sensor is None or target.T_world_sensor is None:
+        return None
+    T_target_source = inverse(target.T_world_sensor) @ source.T_world_sensor
+    return FramePair(group, target.frame, source.frame, T_target_source)

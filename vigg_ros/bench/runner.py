@@ -17,27 +17,26 @@ from itertools import islice
 
 import cv2
 
+from vigg_ros.bench.alternatives import refine_truth
 from vigg_ros.bench.catalogue import find_method
-from vigg_ros.bench.clouds import refine_truth
-from vigg_ros.bench.frame_cache import Workshop
-from vigg_ros.bench.methods import Answer, Task
+from vigg_ros.bench.frame_cache import FrameCache
+from vigg_ros.bench.methods import MethodAnswer, Task
 from vigg_ros.bench.pair_results import PairResult, ResultFile
-from vigg_ros.bench.pairs import Wanted
-from vigg_ros.registration import Config
-from vigg_ros.registration.errors import BagError, DataError, ViggError
+from vigg_ros.bench.pairs import FramePair
+from vigg_ros.registration import BagError, Config, DataError, ViggError
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 
-CHUNK = 3
+PAIRS_PER_BATCH = 3
 """Neighbouring pairs given to a process at once: they share frames, whose features it keeps."""
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class EvaluationPlan:
     """What to run."""
 
     subject: str
     """What the pairs are taken from; results of another subject are left alone."""
-    pairs: Sequence[Wanted]
+    pairs: Sequence[FramePair]
     methods: Sequence[str]
     """By name, see ``catalogue.find_method``."""
     config: Config
@@ -59,21 +58,17 @@ class Plan:
 class Batch:
     """Some pairs of a plan, and which methods are still to be run on each."""
 
-    plan: Plan
-    pairs: Sequence[tuple[Wanted, Sequence[str]]]
+    plan: EvaluationPlan
+    pairs: Sequence[tuple[FramePair, Sequence[str]]]
 
 
-Step = Callable[[], None]
-"""Called after each new result."""
-
-
-def count_open(plan: Plan, file: ResultFile) -> int:
+def count_missing(plan: EvaluationPlan, file: ResultFile) -> int:
     """How many results of the plan are not in the file yet."""
     return sum(file.get(key) is None for key in plan.keys().values())
 
 
-def run_plan(plan: Plan, file: ResultFile, *, jobs: int, step: Step) -> list[PairResult]:
-    """All results in the order of methods and pairs; new ones are appended to the file as they come.
+def run_plan(plan: EvaluationPlan, file: ResultFile, *, jobs: int, step: Callable[[], None]) -> list[PairResult]:
+    """All results in the order of methods and pairs; each new one is appended to the file, then step is called.
 
     Each process keeps to one core, which makes the times of methods comparable and the answers of libraries
     repeatable. Raises ViggError when a process died.
@@ -88,16 +83,16 @@ def run_plan(plan: Plan, file: ResultFile, *, jobs: int, step: Step) -> list[Pai
     return [result for result in found if result is not None]
 
 
-def _batches(plan: Plan, is_open: Callable[[tuple[str, str]], bool]) -> Iterator[Batch]:
-    """The open work, pairs with the same source next to each other."""
+def _batches(plan: EvaluationPlan, is_missing: Callable[[tuple[str, str]], bool]) -> Iterator[Batch]:
+    """The missing results, pairs with the same source next to each other."""
     order = {name: i for i, name in enumerate(dict.fromkeys(pair.source.name for pair in plan.pairs))}
     todo = []
     for pair in sorted(plan.pairs, key=lambda pair: order[pair.source.name]):
-        methods = [name for name in plan.methods if is_open((name, pair.name))]
+        methods = [name for name in plan.methods if is_missing((name, pair.name))]
         if methods:
             todo.append((pair, methods))
     rest = iter(todo)
-    while batch := list(islice(rest, CHUNK)):
+    while batch := list(islice(rest, PAIRS_PER_BATCH)):
         yield Batch(replace(plan, pairs=()), batch)
 
 
@@ -126,16 +121,14 @@ def _answered(batches: Sequence[Batch], jobs: int) -> Iterator[tuple[PairResult,
 def one_thread_each() -> Iterator[None]:
     """Processes started inside the block load their linear algebra for one thread."""
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
+    before = {name: os.environ[name] for name in names if name in os.environ}
     os.environ.update(dict.fromkeys(names, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in names:
+            del os.environ[name]
+        os.environ.update(before)
 
 
 def keep_to_core(cores: multiprocessing.Queue[int]) -> None:
@@ -146,47 +139,47 @@ def keep_to_core(cores: multiprocessing.Queue[int]) -> None:
         os.sched_setaffinity(0, {core})
 
 
-_workshops: dict[bool, Workshop] = {}
+_caches: dict[bool, FrameCache] = {}
 """Of this process, by whether scans are clipped: kept from batch to batch."""
 
 
 def run_batch(batch: Batch) -> list[tuple[PairResult, tuple[str, str]]]:
     """The results of some pairs, with the names of method and pair."""
     plan = batch.plan
-    if not _workshops:
+    if not _caches:
         # The first use of everything loads and compiles; it is not what is to be measured.
-        wanted, methods = batch.pairs[0]
-        run_pair(wanted, methods, plan, Workshop(within_view=plan.within_view))
-    workshop = _workshops.setdefault(plan.within_view, Workshop(within_view=plan.within_view))
+        pair, methods = batch.pairs[0]
+        run_pair(pair, methods, plan, FrameCache(within_view=plan.within_view))
+    cache = _caches.setdefault(plan.within_view, FrameCache(within_view=plan.within_view))
     done = []
     starter = multiprocessing.parent_process()
-    for wanted, methods in batch.pairs:
+    for pair, methods in batch.pairs:
         if starter is not None and not starter.is_alive():
             break  # nobody waits for the rest
-        results = run_pair(wanted, methods, plan, workshop)
-        done += [(result, (result.method, wanted.name)) for result in results]
+        results = run_pair(pair, methods, plan, cache)
+        done += [(result, (result.method, pair.name)) for result in results]
     return done
 
 
-def run_pair(wanted: Wanted, methods: Sequence[str], plan: Plan, workshop: Workshop) -> list[PairResult]:
+def run_pair(pair: FramePair, methods: Sequence[str], plan: EvaluationPlan, cache: FrameCache) -> list[PairResult]:
     """What the methods answer; a frame that cannot be used costs its pairs, not the run."""
     try:
-        for look in (wanted.target, wanted.source):
-            workshop.frame(look)
-        true = refine_truth(wanted, workshop, plan.config) if plan.refine_truth else wanted
-        return [_measured(name, true, find_method(name).answer(Task(true, workshop, plan.config))) for name in methods]
+        for frame in (pair.target, pair.source):
+            cache.frame(frame)
+        true = refine_truth(Task(pair, cache, plan.config)) if plan.refine_truth else pair
+        return [_measured(name, true, find_method(name).answer(Task(true, cache, plan.config))) for name in methods]
     except DataError as error:
         code = error.code
     except BagError:
         code = "UNREADABLE"
-    return [_measured(name, wanted, Answer(None, code, {})) for name in methods]
+    return [_measured(name, pair, MethodAnswer(None, code, {})) for name in methods]
 
 
-def _measured(method: str, wanted: Wanted, answer: Answer) -> PairResult:
-    T_truth, T_answer = wanted.T_target_source, answer.T_target_source
+def _measured(method: str, pair: FramePair, answer: MethodAnswer) -> PairResult:
+    T_truth, T_answer = pair.T_target_source, answer.T_target_source
     errors = (math.inf, math.inf)
     if T_answer is not None:
         errors = rotation_error_deg(T_truth, T_answer), translation_error_m(T_truth, T_answer)
     timings_ms = {name: round(ms, 2) for name, ms in answer.timings_ms.items()}
-    names = wanted.target.name, wanted.source.name
-    return PairResult(method, wanted.group, *names, answer.reason, *errors, wanted.overlap, timings_ms)
+    names = pair.target.name, pair.source.name
+    return PairResult(method, pair.group, *names, answer.reason, *errors, pair.overlap, timings_ms)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Places in rendered worlds, drawn at random, and how much two of them have in common."""
+"""Views of rendered worlds, drawn at random, and how much of the surface two of them share."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from vigg_ros.registration import Camera
 from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.rigid import inverse, transform
 
-_GLANCE = Camera(width_px=64, height_px=48, fx_px=52.5, fy_px=52.5, cx_px=31.5, cy_px=23.5)
+COARSE_CAMERA = Camera(width_px=64, height_px=48, fx_px=52.5, fy_px=52.5, cx_px=31.5, cy_px=23.5)
 """A coarse view, to measure overlaps with."""
-_GLANCE_LIDAR = LidarModel(beams=32, columns=128)
-_SAME_PLACE_M = 1.0
+COARSE_LIDAR = LidarModel(beams=32, columns=128)
+SAME_SURFACE_M = 1.0
 """Points of two scans nearer than this, about the spacing of beams at 30 m, are of the same surface."""
 
 T_BASE_LIDAR: Pose = flat((0.1, 0.0, 1.9), 2.0)
@@ -29,21 +29,21 @@ T_BASE_LIDAR: Pose = flat((0.1, 0.0, 1.9), 2.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
-    """Where a sensor stands, and what it sees from there at a glance: depth (H, W) or points (N, 3) in the world."""
+class SampledView:
+    """Where a sensor stands, and what it measures there coarsely: depth (H, W) or points (N, 3) in the world."""
 
     T_world_body: Pose
-    seen: NDArray[np.floating]
+    measured: NDArray[np.floating]
 
 
-class Walk:
-    """Views of a camera in a hand."""
+class HandheldSampler:
+    """Draws views of a camera in a hand."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._is_hall = max(surface.corners()[:, 0].max() for surface in scene.surfaces) > 20
 
-    def place(self, rng: Rng) -> Place:
+    def draw(self, rng: Rng) -> SampledView:
         """A view that nothing stands right in front of."""
         while True:
             if self._is_hall:
@@ -52,56 +52,56 @@ class Walk:
             else:
                 eye = rng.uniform((-1.6, -1.2, 1.1), (0.2, 1.2, 1.7))
                 target = rng.uniform((1.0, -1.6, 0.3), (2.4, 1.6, 1.4))
-            place = self._glance(look_at(eye, target, rng.uniform(-8, 8)))
-            if _is_free(place.seen):
-                return place
+            view = self._view(look_at(eye, target, rng.uniform(-8, 8)))
+            if _is_free(view.measured):
+                return view
 
-    def another(self, first: Place, rng: Rng) -> Place:
+    def draw_near(self, first: SampledView, rng: Rng) -> SampledView:
         """Up to 60 deg, mostly about the vertical, and up to 1.2 m, mostly level, from the first."""
         T = np.eye(4)
         size = rng.uniform(0.1, 1.0)
         T[:3, :3] = Rotation.from_rotvec(size * rng.uniform((-20, -55, -15), (20, 55, 15)), degrees=True).as_matrix()
         T[:3, 3] = size * rng.uniform((-1.0, -0.25, -0.7), (1.0, 0.25, 0.7))
-        return self._glance(first.T_world_body @ T)
+        return self._view(first.T_world_body @ T)
 
-    def overlap(self, first: Place, second: Place) -> float:
+    def overlap(self, first: SampledView, second: SampledView) -> float:
         """Mean share of each view's surface that the other sees too; 0 if the second is no free view."""
-        if not _is_free(second.seen):
+        if not _is_free(second.measured):
             return 0.0
         T_first_second = inverse(first.T_world_body) @ second.T_world_body
-        forth = _seen_share(first.seen, second.seen, T_first_second)
-        back = _seen_share(second.seen, first.seen, inverse(T_first_second))
+        forth = _seen_share(first.measured, second.measured, T_first_second)
+        back = _seen_share(second.measured, first.measured, inverse(T_first_second))
         return (forth + back) / 2
 
-    def _glance(self, T_world_camera: Pose) -> Place:
-        return Place(T_world_camera, render_depth(self._scene, _GLANCE, T_world_camera))
+    def _view(self, T_world_camera: Pose) -> SampledView:
+        return SampledView(T_world_camera, render_depth(self._scene, COARSE_CAMERA, T_world_camera))
 
 
-class Drive:
-    """Places of a car along the main street."""
+class VehicleSampler:
+    """Draws places of a car along the main street."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
 
-    def place(self, rng: Rng) -> Place:
+    def draw(self, rng: Rng) -> SampledView:
         """Somewhere on the right lane."""
-        return self._glance(flat((rng.uniform(-30, 10), rng.uniform(-1.2, 0), 0), rng.uniform(-5, 5)))
+        return self._view(flat((rng.uniform(-30, 10), rng.uniform(-1.2, 0), 0), rng.uniform(-5, 5)))
 
-    def another(self, first: Place, rng: Rng) -> Place:
+    def draw_near(self, first: SampledView, rng: Rng) -> SampledView:
         """Up to 25 m further on, turned by up to 20 deg."""
         ahead_m = first.T_world_body[0, 3] + rng.uniform(1, 25)
-        return self._glance(flat((ahead_m, rng.uniform(-1.2, 0), 0), rng.uniform(-20, 20)))
+        return self._view(flat((ahead_m, rng.uniform(-1.2, 0), 0), rng.uniform(-20, 20)))
 
-    def overlap(self, first: Place, second: Place) -> float:
+    def overlap(self, first: SampledView, second: SampledView) -> float:
         """Mean share of each scan's points that have one of the other nearby."""
-        clouds = (first.seen, second.seen)
-        near = [cKDTree(a).query(b, distance_upper_bound=_SAME_PLACE_M)[0] for a, b in (clouds, clouds[::-1])]
+        clouds = (first.measured, second.measured)
+        near = [cKDTree(a).query(b, distance_upper_bound=SAME_SURFACE_M)[0] for a, b in (clouds, clouds[::-1])]
         return float(np.mean([np.mean(np.isfinite(distance)) for distance in near]))
 
-    def _glance(self, T_world_base: Pose) -> Place:
+    def _view(self, T_world_base: Pose) -> SampledView:
         T_world_lidar = T_world_base @ T_BASE_LIDAR
-        points, _ = render_lidar(self._scene, T_world_lidar, _GLANCE_LIDAR)
-        return Place(T_world_base, transform(T_world_lidar, points))
+        points, _ = render_lidar(self._scene, T_world_lidar, COARSE_LIDAR)
+        return SampledView(T_world_base, transform(T_world_lidar, points))
 
 
 def _is_free(depth_m: NDArray[np.floating]) -> bool:
@@ -115,8 +115,8 @@ def _seen_share(
     """The share of the other's depth pixels whose surface the viewer sees too."""
     row, column = np.nonzero(other_m)
     pixels = np.column_stack((column, row)).astype(np.float64)
-    points = _GLANCE.lift(pixels, other_m[row, column].astype(np.float64))
-    behind_m = DepthMap(_GLANCE, viewer_m.astype(np.float32)).behind(transform(T_viewer_other, points))
+    points = COARSE_CAMERA.lift(pixels, other_m[row, column].astype(np.float64))
+    behind_m = DepthMap(COARSE_CAMERA, viewer_m.astype(np.float32)).behind(transform(T_viewer_other, points))
     # Coarse pixels see slanting surfaces at depths that differ by some percent.
     with np.errstate(invalid="ignore"):
         return float(np.mean(np.abs(behind_m) < 0.03 + 0.03 * other_m[row, column]))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
-from vigg_ros.bench.datasets.tum_folder import read_stamped_poses
+from vigg_ros.bags.trajectories import read_stamped_poses
 from vigg_ros.cli.config_arguments import ChosenConfig, choose_config
 from vigg_ros.cli.console import UsageError
 from vigg_ros.pipeline import Pipeline

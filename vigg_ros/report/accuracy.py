@@ -13,7 +13,7 @@ import numpy as np
 from vigg_ros.report.trajectory import Alignment, Trajectory, align, interpolate
 from vigg_ros.report.trajectory_errors import (
     ROTATION_ALIGNMENT,
-    Errors,
+    PoseErrors,
     absolute_errors,
     neighbours,
     one_second_apart,
@@ -34,11 +34,11 @@ class Accuracy:
     """Frames that got a pose."""
     alignment: str
     """How the trajectories were aligned; empty where nothing could be compared."""
-    absolute: Errors
+    absolute: PoseErrors
     """ATE: of each answered frame whose true pose is known; the rotations see ROTATION_ALIGNMENT."""
-    consecutive: Errors
+    consecutive: PoseErrors
     """RPE: of the motion from one answered frame to the next."""
-    per_second: Errors
+    per_second: PoseErrors
     """RPE: of the motion over one second."""
     path_m: float
     """Length of the true path through the compared frames."""
@@ -105,9 +105,9 @@ class TrajectoryMetrics:
             received=sum(part.received for part in parts),
             answered=sum(part.answered for part in parts),
             alignment=" or ".join(alignments) + several,
-            absolute=Errors.pool([part.absolute for part in parts]),
-            consecutive=Errors.pool([part.consecutive for part in parts]),
-            per_second=Errors.pool([part.per_second for part in parts]),
+            absolute=PoseErrors.pool([part.absolute for part in parts]),
+            consecutive=PoseErrors.pool([part.consecutive for part in parts]),
+            per_second=PoseErrors.pool([part.per_second for part in parts]),
             path_m=sum(part.path_m for part in parts),
             end_error_m=sum(part.end_error_m for part in parts),
         )
@@ -119,9 +119,7 @@ class TrajectoryMetrics:
         return {**self.pooled.as_dict(), "sessions": sessions}
 
 
-def measure_session(
-    session: int, estimate: Trajectory, truth: Trajectory, *, received: int
-) -> SessionMetrics:
+def measure_session(session: int, estimate: Trajectory, truth: Trajectory, *, received: int) -> SessionMetrics:
     """Compare the answered frames of a session with the truth, where it is known.
 
     A single frame is not compared: aligned, it has no error.
@@ -129,7 +127,7 @@ def measure_session(
     known_truth, known = interpolate(truth, estimate.stamps_ns)
     compared = estimate.select(known)
     if len(compared) < 2:
-        nothing = Errors.pool([])
+        nothing = PoseErrors.pool([])
         accuracy = Accuracy(received, len(estimate), "", nothing, nothing, nothing, 0.0, 0.0)
         return SessionMetrics(session, None, accuracy)
     alignment = align(known_truth, compared)

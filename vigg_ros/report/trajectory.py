@@ -14,8 +14,11 @@ from scipy.spatial.transform import Rotation
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import weighted_svd
 
-MAX_GAP_NS = 100_000_000
-"""Between truth poses further apart, a handheld camera may have been anywhere."""
+MAX_GAP_INTERVALS = 1.5
+"""A gap of so many median intervals is jitter of the source's clock; at twice the interval a pose is missing."""
+
+MAX_GAP_RANGE_NS = (100_000_000, 500_000_000)
+"""Within the least, a hand does not get far whatever the rate; beyond the most, a sensor may have been anywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +77,17 @@ class Trajectory:
         return Trajectory(self.stamps_ns, T_other_world @ self.T_world_sensor)
 
 
-def interpolate(
-    trajectory: Trajectory, stamps_ns: NDArray[np.int64], *, max_gap_ns: int = MAX_GAP_NS
-) -> tuple[Trajectory, NDArray[np.bool_]]:
+def max_gap_ns(trajectory: Trajectory) -> float:
+    """How far apart two poses may be with something known between them: by the trajectory's own rate.
+
+    MAX_GAP_INTERVALS times its median interval, but within MAX_GAP_RANGE_NS: at 15 Hz and more 0.1 s, at 10 Hz
+    0.15 s, at 3 Hz and less 0.5 s.
+    """
+    interval_ns = np.median(np.diff(trajectory.stamps_ns)) if len(trajectory) > 1 else 0
+    return float(np.clip(MAX_GAP_INTERVALS * interval_ns, *MAX_GAP_RANGE_NS))
+
+
+def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> tuple[Trajectory, NDArray[np.bool_]]:
     """The poses at the strictly ascending stamps (M,) where they are known, and which are known (M,).
 
     A pose at a stamp is taken as it is. Between two that are at most ``max_gap_ns`` apart, positions are
@@ -91,7 +102,7 @@ def interpolate(
     is_inside = (before >= 0) & (after <= last)
     before, after = np.maximum(before, 0), np.minimum(after, last)
     gap_ns = trajectory.stamps_ns[after] - trajectory.stamps_ns[before]
-    known = is_inside & (gap_ns <= max_gap_ns)
+    known = is_inside & (gap_ns <= max_gap_ns(trajectory))
     before, after, gap_ns, stamps_ns = before[known], after[known], gap_ns[known], stamps_ns[known]
     share = (stamps_ns - trajectory.stamps_ns[before]) / np.maximum(gap_ns, 1)
     poses = _between(trajectory.T_world_sensor[before], trajectory.T_world_sensor[after], share)

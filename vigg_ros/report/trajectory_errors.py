@@ -54,17 +54,11 @@ class Spread:
 
     def as_dict(self) -> dict[str, float]:
         """For metrics.json."""
-        return {
-            "median": self.median,
-            "p95": self.p95,
-            "max": self.maximum,
-            "rmse": self.rmse,
-            "count": self.count,
-        }
+        return {"median": self.median, "p95": self.p95, "max": self.maximum, "rmse": self.rmse, "count": self.count}
 
 
 @dataclass(frozen=True, slots=True)
-class Errors:
+class PoseErrors:
     """Translation and rotation errors (N,) of the same poses or pairs of poses."""
 
     stamps_ns: NDArray[np.int64]
@@ -73,9 +67,7 @@ class Errors:
     rotation_deg: NDArray[np.float64]
 
     @classmethod
-    def between(
-        cls, stamps_ns: NDArray[np.int64], T_a: NDArray[np.float64], T_b: NDArray[np.float64]
-    ) -> Errors:
+    def between(cls, stamps_ns: NDArray[np.int64], T_a: NDArray[np.float64], T_b: NDArray[np.float64]) -> PoseErrors:
         """The errors between motions (N, 4, 4) and others."""
         pairs = list(zip(T_a, T_b, strict=True))
         translation_m = np.array([translation_error_m(*pair) for pair in pairs])
@@ -83,7 +75,7 @@ class Errors:
         return cls(stamps_ns, translation_m, rotation_deg)
 
     @classmethod
-    def pool(cls, parts: Sequence[Errors]) -> Errors:
+    def pool(cls, parts: Sequence[PoseErrors]) -> PoseErrors:
         """All errors of several sessions, none weighted."""
         return cls(
             np.concatenate([np.empty(0, np.int64), *(part.stamps_ns for part in parts)]),
@@ -99,20 +91,20 @@ class Errors:
         }
 
 
-def absolute_errors(truth: Trajectory, estimate: Trajectory, alignment: Alignment) -> Errors:
+def absolute_errors(truth: Trajectory, estimate: Trajectory, alignment: Alignment) -> PoseErrors:
     """Errors of the poses (N) of trajectories with equal stamps; the rotations see ROTATION_ALIGNMENT."""
     aligned = estimate.moved(alignment.T_truth_estimate).T_world_sensor
     aligned[:, :3, :3] = mean_rotation(truth, estimate) @ estimate.T_world_sensor[:, :3, :3]
-    return Errors.between(estimate.stamps_ns, truth.T_world_sensor, aligned)
+    return PoseErrors.between(estimate.stamps_ns, truth.T_world_sensor, aligned)
 
 
-def relative_errors(truth: Trajectory, estimate: Trajectory, pairs: NDArray[np.int64]) -> Errors:
+def relative_errors(truth: Trajectory, estimate: Trajectory, pairs: NDArray[np.int64]) -> PoseErrors:
     """Errors of the motions between pairs (M, 2) of rows, earlier first; equal stamps in both."""
     motions = [
         np.array([inverse(poses[first]) @ poses[second] for first, second in pairs]).reshape(-1, 4, 4)
         for poses in (truth.T_world_sensor, estimate.T_world_sensor)
     ]
-    return Errors.between(estimate.stamps_ns[pairs[:, 1]], *motions)
+    return PoseErrors.between(estimate.stamps_ns[pairs[:, 1]], *motions)
 
 
 def neighbours(known: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -16,7 +16,7 @@ from vigg_ros.report.ground_truth import truth_frame_note, why_no_errors
 from vigg_ros.report.html import Markup, element, table, tile
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.series import Axis, totals_ms
-from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, Errors, Spread
+from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, PoseErrors, Spread
 from vigg_ros.tracking.frame_result import State
 
 MEANINGS = {reason.value: explanation.meaning for reason, explanation in EXPLANATIONS.items()}
@@ -75,7 +75,7 @@ def accuracy_tiles(recording: Recording, metrics: TrajectoryMetrics | None) -> l
     return tiles
 
 
-def _relative(errors: Errors) -> tuple[str, str]:
+def _relative(errors: PoseErrors) -> tuple[str, str]:
     moved, turned = Spread.of(errors.translation_m), Spread.of(errors.rotation_deg)
     pairs = f"{moved.count} {'pair' if moved.count == 1 else 'pairs'}"
     said = f"and {angle(turned.median)} median; p95 {length(moved.p95)} and {angle(turned.p95)}; {pairs}"

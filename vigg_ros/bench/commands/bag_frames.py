@@ -14,20 +14,19 @@ import numpy as np
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, choose_topics
 from vigg_ros.bench.commands.benchmark import read_frames
-from vigg_ros.bench.frame_cache import HeldLook
-from vigg_ros.bench.pairs import Posed
+from vigg_ros.bench.frame_cache import LoadedFrame
+from vigg_ros.bench.pairs import PosedFrame
 from vigg_ros.cli.bag_input import find_extrinsics, read_truth, requested_topics
 from vigg_ros.cli.console import UsageError
 from vigg_ros.pipeline import Pipeline
-from vigg_ros.registration import Config
-from vigg_ros.registration.errors import DataError
+from vigg_ros.registration import Config, DataError
 from vigg_ros.report.bag_messages import read_messages
 from vigg_ros.report.ground_truth import true_trajectory
 from vigg_ros.report.trajectory import Trajectory, interpolate
 from vigg_ros.sensors.stamped_pose import decode_pose
 
 
-def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callable[[int], bool]) -> list[Posed]:
+def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callable[[int], bool]) -> list[PosedFrame]:
     """Those frames, by their place in the bag, that are wanted; they are held in memory.
 
     Scans are taken as recorded: what their sensor's motion distorts stays so. Raises UsageError without a truth.
@@ -42,7 +41,7 @@ def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callabl
     found, known = interpolate(truth, np.array([frame.stamp_ns for _, frame in held], np.int64))
     poses = iter(found.T_world_sensor)
     return [
-        Posed(number, HeldLook(str(number), frame), next(poses) if is_known else None)
+        PosedFrame(number, LoadedFrame(str(number), frame), next(poses) if is_known else None)
         for (number, frame), is_known in zip(held, known, strict=True)
     ]
 
@@ -52,8 +51,13 @@ def _truth(arguments: Namespace, reader: BagReader, choice: TopicChoice) -> Traj
         return true_trajectory(read_truth(Path(arguments.ground_truth)))
     if choice.ground_truth is None:
         raise UsageError(f"{arguments.folder} has no topic with the true poses; give them with --ground-truth FILE")
+    return poses_of_topic(reader, choice.ground_truth.name)
+
+
+def poses_of_topic(reader: BagReader, name: str) -> Trajectory:
+    """The poses on a topic of a bag. A broken one leaves a gap, which is not bridged if it is long."""
     poses = []
-    for item in reader.messages([choice.ground_truth.name]):
-        with suppress(DataError):  # one broken pose leaves a gap, which interpolation does not bridge if it is long
+    for item in reader.messages([name]):
+        with suppress(DataError):
             poses.append(decode_pose(item.message))
     return true_trajectory(poses)

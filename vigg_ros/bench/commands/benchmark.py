@@ -7,10 +7,9 @@ from __future__ import annotations
 import cProfile
 import resource
 import sys
-import time
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import nullcontext, suppress
 from functools import partial
 from itertools import islice
@@ -22,36 +21,35 @@ import numpy as np
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice
-from vigg_ros.bench.growth import REPEATS, SIZES, measure
-from vigg_ros.bench.growth_plot import draw_growth
+from vigg_ros.bench.frame_cache import timed
+from vigg_ros.bench.growth import GROWTH_REPEATS, INPUT_SIZES, draw_growth, measure
 from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments, open_bag
 from vigg_ros.cli.config_arguments import add_config_arguments
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
 from vigg_ros.pipeline import Pipeline
-from vigg_ros.registration.config import Config
-from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.frame import Frame
+from vigg_ros.registration import Config, DataError, Frame
 from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.sensors.input_decoder import InputDecoder, Role
 from vigg_ros.tracking.assembly import SyncedFrame, SyncedMessages
 from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros.tracking.registrar import Registrar
 
-WARM_UP = 3
+WARM_UP_FRAMES = 3
 """Frames not counted: they compile, load and fill caches."""
 
-HOTTEST = 15
+MAX_PROFILED = 15
 """Functions that a profile names."""
 
-MESSAGES = 20
+DECODED_MESSAGES = 20
 """Messages of each topic that are decoded."""
+
+SIFT_ALONE = "SIFT alone"
 
 Times = dict[str, list[float]]
 """Milliseconds by name."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg benchmark``."""
     parser.add_argument("bag", nargs="?", help="a recording of at least a few frames")
     parser.add_argument("--frames", type=positive_int, default=60, help="measured at most (default: %(default)s)")
     parser.add_argument("--profile", action="store_true", help="name the functions that take the most time themselves")
@@ -72,21 +70,22 @@ def run(arguments: Namespace) -> ExitCode:
         chosen = source.chosen
         config = chosen.config
         decoding = time_decoding(source.reader, source.choice, config)
-        frames = list(islice(read_frames(source.pipeline(), source.messages()), arguments.frames + WARM_UP))
-    if len(frames) <= WARM_UP:
-        raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP}")
+        frames = list(islice(read_frames(source.pipeline(), source.messages()), arguments.frames + WARM_UP_FRAMES))
+    if len(frames) <= WARM_UP_FRAMES:
+        raise UsageError(f"{arguments.bag} gives {len(frames)} frames, expected more than {WARM_UP_FRAMES}")
     profile = cProfile.Profile() if arguments.profile else None
-    stages, sift_ms = time_frames(frames, config, profile)
+    stages = time_frames(frames, config, profile)
     machine = describe_machine()
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     for note in chosen.notes:
         print(f"note: {note}", file=sys.stderr)
-    print(f"{len(frames) - WARM_UP} frames; configuration {chosen.source}")
+    measured = len(frames) - WARM_UP_FRAMES
+    print(f"{measured} frames; configuration {chosen.source}")
     print(f"{machine['cores']} cores of {machine['processor']}; peak {peak_mb:.0f} MB")
-    print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(sift_ms)))]))
+    print(table([("stage", "median ms", "p95 ms", "x SIFT"), *_rows(stages, float(np.median(stages[SIFT_ALONE])))]))
     if profile is not None:
         print()
-        print(table([("function", "calls per frame", "own ms per frame"), *_hottest(profile, len(frames) - WARM_UP)]))
+        print(table([("function", "calls per frame", "own ms per frame"), *_hottest(profile, measured)]))
     print()
     print(table([("decoding", "median ms", "p95 ms"), *(row[:3] for row in _rows(decoding, 1.0))]))
     return ExitCode.OK
@@ -94,9 +93,9 @@ def run(arguments: Namespace) -> ExitCode:
 
 def read_frames(pipeline: Pipeline, messages: Iterable[tuple[Role, Any]]) -> Iterator[Frame]:
     """The frames that a replay would register."""
-    found = (pipeline.receive(role, message).found for role, message in messages if role != "ground_truth")
-    for part in found:
-        yield from _built(pipeline, part)
+    received = (pipeline.receive(role, message).found for role, message in messages if role != "ground_truth")
+    for found in received:
+        yield from _built(pipeline, found)
     yield from _built(pipeline, pipeline.remaining())
 
 
@@ -111,13 +110,13 @@ def run_growth(plot: str | None) -> ExitCode:
     """Print the table of time and memory over the size of the input, and draw it."""
     if plot is not None and Path(plot).exists():
         raise UsageError(f"{plot} exists; give a new file")
-    with Progress("sizes", sum(map(len, SIZES.values()))) as progress:
+    with Progress("sizes", sum(map(len, INPUT_SIZES.values()))) as progress:
         rows = []
         for row in measure():
             rows.append(row)
             progress.step()
-    machine = describe_machine()
-    print(f"{machine['cores']} cores of {machine['processor']}; the least of {REPEATS} runs, each in a new process")
+    machine, runs = describe_machine(), f"the least of {GROWTH_REPEATS} runs, each in a new process"
+    print(f"{machine['cores']} cores of {machine['processor']}; {runs}")
     lines = ((row.what, str(row.size), f"{row.milliseconds:.1f}", f"{row.peak_mb:.0f}") for row in rows)
     print(table([("input", "size", "ms", "peak MB"), *lines]))
     if plot is not None:
@@ -128,27 +127,21 @@ def run_growth(plot: str | None) -> ExitCode:
     return ExitCode.OK
 
 
-def time_frames(
-    frames: list[Frame], config: Config, profile: cProfile.Profile | None = None
-) -> tuple[Times, list[float]]:
+def time_frames(frames: list[Frame], config: Config, profile: cProfile.Profile | None = None) -> Times:
     """Stages of each step after the warm-up, and SIFT alone on the same image in the same moment."""
     registrar = Registrar(config)
     stages: Times = defaultdict(list)
-    sift_ms = []
     with Progress("frames", len(frames)) as progress:
         for number, frame in enumerate(frames):
             grey = frame.image if frame.image.ndim == 2 else cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
-            alone_ms = _milliseconds(partial(cv2.SIFT_create().detectAndCompute, grey, None))
-            start = time.perf_counter()
-            with profile if profile is not None and number >= WARM_UP else nullcontext():
-                estimate = registrar.step(frame)
-            total_ms = 1e3 * (time.perf_counter() - start)
+            alone_ms = timed(partial(cv2.SIFT_create().detectAndCompute, grey, None))[1]
+            with profile if profile is not None and number >= WARM_UP_FRAMES else nullcontext():
+                result, total_ms = timed(partial(registrar.step, frame))
             progress.step()
-            if number >= WARM_UP:
-                sift_ms.append(alone_ms)
-                for stage, ms in (*estimate.timings_ms.items(), ("whole step", total_ms), ("SIFT alone", alone_ms)):
+            if number >= WARM_UP_FRAMES:
+                for stage, ms in (*result.timings_ms.items(), ("whole step", total_ms), (SIFT_ALONE, alone_ms)):
                     stages[stage].append(ms)
-    return stages, sift_ms
+    return stages
 
 
 def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Times:
@@ -156,22 +149,16 @@ def time_decoding(reader: BagReader, choice: TopicChoice, config: Config) -> Tim
     decoder = InputDecoder(config.input, choice.image.name)
     times: Times = defaultdict(list)
     for role, topic in chosen_topics(choice).items():
-        for item in islice(reader.messages([topic.name], order="log"), MESSAGES):
+        for item in islice(reader.messages([topic.name], order="log"), DECODED_MESSAGES):
             with suppress(DataError):
-                times[f"{topic.name} ({item.type})"].append(_milliseconds(partial(decoder.decode, role, item.message)))
+                times[f"{topic.name} ({item.type})"].append(timed(partial(decoder.decode, role, item.message))[1])
     return times
-
-
-def _milliseconds(work: Callable[[], Any]) -> float:
-    start = time.perf_counter()
-    work()
-    return 1e3 * (time.perf_counter() - start)
 
 
 def _hottest(profile: cProfile.Profile, frames: int) -> list[tuple[str, str, str]]:
     """The functions with the most time of their own: name and place, calls and milliseconds per frame."""
     rows = []
-    for entry in sorted(profile.getstats(), key=lambda entry: -entry.inlinetime)[:HOTTEST]:
+    for entry in sorted(profile.getstats(), key=lambda entry: -entry.inlinetime)[:MAX_PROFILED]:
         code = entry.code
         # Whole kernels show as their wrappers here; what is inside was compiled.
         place = "" if isinstance(code, str) else f" ({Path(code.co_filename).name}:{code.co_firstlineno})"

@@ -9,20 +9,20 @@ import shlex
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from vigg_ros.bench.catalogue import SETS, expand
+from vigg_ros.bench.catalogue import METHOD_SETS, expand
 from vigg_ros.bench.methods import require
-from vigg_ros.bench.pair_results import FILE, Limits, PairResult, ResultFile, write_csv
+from vigg_ros.bench.pair_results import RESULTS_FILE, Limits, PairResult, ResultFile, write_csv
 from vigg_ros.bench.pair_summary import Summary, figure, reasons, summarise_all
-from vigg_ros.bench.runner import Plan, count_open, run_plan
+from vigg_ros.bench.runner import EvaluationPlan, count_missing, run_plan
 from vigg_ros.cli.config_arguments import add_config_arguments
-from vigg_ros.cli.console import Progress, UsageError, describe_machine, positive_int, table
+from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
 
-MAX_WRONG = 20
+MAX_WRONG_LISTED = 20
 """Wrong answers listed on the screen; the .csv has all."""
 
 MAX_CURVES = 12
@@ -31,23 +31,25 @@ MAX_CURVES = 12
 
 def add_comparison_arguments(parser: ArgumentParser, *, presets: bool = True) -> None:
     """--methods, --jobs, --output and --set; --config where the preset is to be chosen."""
+    what = f"what to compare (default: the configuration as given); sets: {', '.join(METHOD_SETS)}; all: "
     parser.add_argument(
-        "--methods",
-        nargs="+",
-        default=["default"],
-        metavar="NAME",
-        help=f"what to compare (default: the configuration as given); sets: {', '.join(SETS)}; all: "
-        "`vigg evaluate methods`",
+        "--methods", nargs="+", default=["default"], metavar="NAME", help=f"{what}`vigg evaluate methods`"
     )
-    parser.add_argument(
-        "--jobs", type=positive_int, default=1, help="processes, of one core each (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--output",
-        metavar="FOLDER",
-        help="tables (.csv, .json) and curves (.png) go there; the same command goes on where it was stopped",
-    )
+    parser.add_argument("--jobs", type=positive_int, default=1, help="processes of one core (default: %(default)s)")
+    output = "tables (.csv, .json) and curves (.png) go there; the same command goes on where it was stopped"
+    parser.add_argument("--output", metavar="FOLDER", help=output)
     add_config_arguments(parser, choose=presets)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Methods on pairs that are judged by the same limits, and what their tables are called."""
+
+    name: str
+    plan: EvaluationPlan
+    limits: Limits
+    by_overlap: Sequence[tuple[float, float]] = ()
+    """Ranges of overlap, least first: where there are some, a second table has a group for each of them."""
 
 
 def method_names(arguments: Namespace, *, outdoor: bool) -> list[str]:
@@ -57,12 +59,31 @@ def method_names(arguments: Namespace, *, outdoor: bool) -> list[str]:
     return [method.name for method in methods]
 
 
-def compare(plans: Sequence[tuple[Plan, Limits]], arguments: Namespace) -> list[list[PairResult]]:
-    """Run the plans, with progress and time left; in the output folder what is there already is not run again."""
-    with TemporaryDirectory() as scratch, ResultFile((output_folder(arguments) or Path(scratch)) / FILE) as file:
-        open_results = sum(count_open(plan, file) for plan, _ in plans)
-        with Progress("results", open_results) as progress:
-            return [run_plan(plan, file, jobs=arguments.jobs, step=progress.step) for plan, _ in plans]
+def run_comparisons(comparisons: Sequence[Comparison], arguments: Namespace) -> ExitCode:
+    """Run them with progress and time left, print and write their tables.
+
+    What is in the output folder already is not run again.
+    """
+    folder = output_folder(arguments)
+    plans = [comparison.plan for comparison in comparisons]
+    with (
+        TemporaryDirectory() as scratch,
+        ResultFile.open((folder or Path(scratch)) / RESULTS_FILE) as file,
+        Progress("results", sum(count_missing(plan, file) for plan in plans)) as progress,
+    ):
+        results = [run_plan(plan, file, jobs=arguments.jobs, step=progress.step) for plan in plans]
+    for comparison, found in zip(comparisons, results, strict=True):
+        _report(found, comparison.limits, comparison.name, folder)
+        if comparison.by_overlap:
+            grouped = _by_overlap(found, comparison.by_overlap)
+            _report(grouped, comparison.limits, f"{comparison.name}_by_overlap", folder)
+        _print_reasons(found)
+        _print_wrong(found, comparison.limits)
+        _print_stages(found, comparison.limits)
+    machine = describe_machine()
+    parallel = f", {arguments.jobs} at a time" if arguments.jobs > 1 else ""
+    print(f"ms is a whole pair, features of both frames included, on one core of {machine['processor']}{parallel}")
+    return ExitCode.OK
 
 
 def output_folder(arguments: Namespace) -> Path | None:
@@ -77,7 +98,7 @@ def output_folder(arguments: Namespace) -> Path | None:
     return folder
 
 
-def report(results: Sequence[PairResult], limits: Limits, name: str, folder: Path | None) -> list[Summary]:
+def _report(results: Sequence[PairResult], limits: Limits, name: str, folder: Path | None) -> None:
     """Print the table of results, and write it with its curves into the folder."""
     summaries = summarise_all(results, limits)
     print(f"{name}: recall at {limits.recall_deg:g} deg and {100 * limits.recall_m:g} cm; medians count failures")
@@ -85,49 +106,43 @@ def report(results: Sequence[PairResult], limits: Limits, name: str, folder: Pat
     print(table([list(rows[0]), *(list(row.values()) for row in rows)]))
     if folder is not None:
         _write(results, limits, summaries, folder, name)
-    return summaries
 
 
-def print_details(results: Sequence[PairResult], limits: Limits) -> None:
-    """What the table leaves out: why there is no answer, which answers are wrong, where the time goes."""
+def _by_overlap(results: Sequence[PairResult], ranges: Sequence[tuple[float, float]]) -> list[PairResult]:
+    """The results grouped by how much the frames share, least first."""
+    regrouped = [
+        replace(result, group=f"{low:.0%} to {high:.0%}")
+        for low, high in ranges
+        for result in results
+        if low <= result.overlap < high
+    ]
+    assert len(regrouped) == len(results), "pairs are drawn from these ranges"
+    return regrouped
+
+
+def _print_reasons(results: Sequence[PairResult]) -> None:
     for method, counted in reasons(results).items():
         print(f"without an answer, {method}: " + ", ".join(f"{why} {n}" for why, n in counted.most_common()))
-    _print_wrong(results, limits)
-    _print_stages(results, limits)
-
-
-def print_machine(jobs: int) -> None:
-    """Where the times come from."""
-    machine = describe_machine()
-    print(f"ms is a whole pair, features of both frames included, on one core of {machine['processor']}", end="")
-    print(f", {jobs} at a time" if jobs > 1 else "")
 
 
 def _print_wrong(results: Sequence[PairResult], limits: Limits) -> None:
     """The wrong answers of the first method, the worst first."""
     wrong = [result for result in results if result.method == results[0].method and result.is_wrong(limits)]
     wrong.sort(key=lambda result: -result.translation_error_m)
-    for result in wrong[:MAX_WRONG]:
+    for result in wrong[:MAX_WRONG_LISTED]:
         print(
             f"wrong, {result.method}: {result.group}, target {result.target}, source {result.source}: "
             f"{figure(result.rotation_error_deg)} deg, {figure(result.translation_error_m)} m"
         )
-    if len(wrong) > MAX_WRONG:
-        print(f"and {len(wrong) - MAX_WRONG} more")
+    if len(wrong) > MAX_WRONG_LISTED:
+        print(f"and {len(wrong) - MAX_WRONG_LISTED} more")
 
 
 def _print_stages(results: Sequence[PairResult], limits: Limits) -> None:
     """Where the time goes, of each method over all groups."""
-    methods = dict.fromkeys(result.method for result in results)
     print("stages, median ms:")
-    for method in methods:
-        rows = [result for result in results if result.method == method]
-        stages = summarise_all(_as_one_group(rows), limits)[0].stages_ms
-        print(f"  {method}: " + ", ".join(f"{stage} {ms:.0f}" for stage, ms in stages.items()))
-
-
-def _as_one_group(results: Sequence[PairResult]) -> list[PairResult]:
-    return [replace(result, group="all") for result in results]
+    for summary in summarise_all([replace(result, group="all") for result in results], limits):
+        print(f"  {summary.method}: " + ", ".join(f"{stage} {ms:.0f}" for stage, ms in summary.stages_ms.items()))
 
 
 def _write(

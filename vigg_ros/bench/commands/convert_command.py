@@ -12,15 +12,13 @@ from vigg_ros.cli.console import ExitCode, Progress, add_examples, positive_floa
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg convert``."""
     parser.add_argument("layout", choices=list(LAYOUTS), help="how the folder is arranged")
     parser.add_argument("folder", help="the data set")
     parser.add_argument("-o", "--output", required=True, metavar="BAG", help="the bag to write; it must not exist")
     parser.add_argument("--storage", choices=("mcap", "sqlite3"), default="mcap")
     parser.add_argument("--compression", choices=("none", "chunk", "message", "file"), default="none")
-    parser.add_argument(
-        "--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"), help="pixels, where no file tells"
-    )
+    names = ("FX", "FY", "CX", "CY")
+    parser.add_argument("--intrinsics", type=float, nargs=4, metavar=names, help="pixels, where no file tells")
     parser.add_argument("--depth-scale", type=positive_float, metavar="UNITS", help="of the depth images per metre")
     parser.add_argument("--rate", type=positive_float, metavar="HZ", help="of numbered images without stamps")
     add_examples(

@@ -9,7 +9,7 @@ from argparse import ArgumentParser, Namespace
 
 from vigg_ros.cli.console import ExitCode
 
-PARTS = {
+EVALUATIONS = {
     "pairs": "pairs of frames of a data set folder or a bag with known poses",
     "rendered": "pairs of rendered rooms and streets, whose motion is known exactly",
     "trajectory": "a trajectory against a reference: ATE, RPE and coverage",
@@ -19,9 +19,8 @@ PARTS = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg evaluate``."""
     parts = parser.add_subparsers(dest="part", required=True, metavar="WHAT")
-    for name, text in PARTS.items():
+    for name, text in EVALUATIONS.items():
         part = parts.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
         module = importlib.import_module(f"vigg_ros.bench.commands.evaluate_{name}")
         module.add_arguments(part)
@@ -29,6 +28,4 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> ExitCode:
-    """Run the wanted part."""
-    code: ExitCode = arguments.run_part(arguments)
-    return code
+    return ExitCode(arguments.run_part(arguments))

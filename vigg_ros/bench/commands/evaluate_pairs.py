@@ -9,19 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from vigg_ros.bench.commands.bag_frames import posed_frames_of_bag
-from vigg_ros.bench.commands.comparison import (
-    add_comparison_arguments,
-    compare,
-    method_names,
-    output_folder,
-    print_details,
-    print_machine,
-    report,
-)
+from vigg_ros.bench.commands.comparison import Comparison, add_comparison_arguments, method_names, run_comparisons
 from vigg_ros.bench.datasets.convert import LAYOUTS, open_dataset
-from vigg_ros.bench.pair_results import INDOOR, OUTDOOR
-from vigg_ros.bench.pairs import PROTOCOLS, Posed, Protocol, Wanted, choose, pairs_listed, posed_frames
-from vigg_ros.bench.runner import Plan
+from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
+from vigg_ros.bench.pairs import PAIR_PROTOCOLS, FramePair, PairProtocol, PosedFrame, choose, pairs_listed, posed_frames
+from vigg_ros.bench.runner import EvaluationPlan
 from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments
 from vigg_ros.cli.config_arguments import load_config
 from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, positive_int
@@ -32,10 +24,9 @@ BAG = "bag"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Arguments of ``vigg evaluate pairs``."""
     parser.add_argument("layout", choices=[*LAYOUTS, BAG], help="how the folder is arranged")
     parser.add_argument("folder", help="the data set, or the bag")
-    parser.add_argument("--protocol", choices=list(PROTOCOLS), help="the paper's choice of pairs for a data set")
+    parser.add_argument("--protocol", choices=list(PAIR_PROTOCOLS), help="the paper's choice of pairs for a data set")
     parser.add_argument("--gaps", type=positive_int, nargs="+", help="in frames (default: 20 60 120)")
     parser.add_argument("--every", type=positive_int, help="only every so manyth source (default: 10; 1 of listed)")
     parser.add_argument("--apart", type=positive_float, metavar="METRES", help="pairs so far apart instead of gaps")
@@ -60,25 +51,14 @@ def run(arguments: Namespace) -> ExitCode:
     frames, outdoor = _frames(arguments, config, protocol)
     pairs = _pairs(arguments, frames, protocol)
     methods = method_names(arguments, outdoor=outdoor)
-    plan = Plan(
-        str(Path(arguments.folder).resolve()),
-        pairs,
-        methods,
-        config,
-        within_view=arguments.within_view,
-        refine_truth=protocol.refine_truth,
-    )
-    limits = OUTDOOR if outdoor else INDOOR
-    results = compare([(plan, limits)], arguments)[0]
-    report(results, limits, "pairs", output_folder(arguments))
-    print_details(results, limits)
-    print_machine(arguments.jobs)
-    return ExitCode.OK
+    subject, refine = str(Path(arguments.folder).resolve()), protocol.refine_truth
+    plan = EvaluationPlan(subject, pairs, methods, config, within_view=arguments.within_view, refine_truth=refine)
+    return run_comparisons([Comparison("pairs", plan, OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS)], arguments)
 
 
-def _protocol(arguments: Namespace) -> Protocol:
+def _protocol(arguments: Namespace) -> PairProtocol:
     """The one named, with what the command line says otherwise."""
-    protocol = PROTOCOLS[arguments.protocol] if arguments.protocol else Protocol()
+    protocol = PAIR_PROTOCOLS[arguments.protocol] if arguments.protocol else PairProtocol()
     if arguments.gaps:
         protocol = replace(protocol, gaps=tuple(arguments.gaps), apart_m=0.0)
     if arguments.every:
@@ -90,21 +70,19 @@ def _protocol(arguments: Namespace) -> Protocol:
     return replace(protocol, refine_truth=True) if arguments.refine_truth else protocol
 
 
-def _frames(arguments: Namespace, config: Config, protocol: Protocol) -> tuple[list[Posed], bool]:
+def _frames(arguments: Namespace, config: Config, protocol: PairProtocol) -> tuple[list[PosedFrame], bool]:
     """The frames, and whether they are scans."""
     if arguments.layout != BAG:
         dataset = open_dataset(arguments.layout, arguments.folder)
         return posed_frames(dataset), bool(dataset.scans)
     if protocol.apart_m > 0:
         raise UsageError("pairs of a bag are chosen by --gaps in frames; --apart is for data set folders")
-    offsets = (0, *protocol.gaps)
-    frames = posed_frames_of_bag(
-        arguments, config, lambda number: any((number - offset) % protocol.every == 0 for offset in offsets)
-    )
-    return frames, any(isinstance(frame.look.load().geometry, ProjectedScan) for frame in frames[:1])
+    rests = {offset % protocol.every for offset in (0, *protocol.gaps)}
+    frames = posed_frames_of_bag(arguments, config, lambda number: number % protocol.every in rests)
+    return frames, any(isinstance(frame.frame.load().geometry, ProjectedScan) for frame in frames[:1])
 
 
-def _pairs(arguments: Namespace, frames: list[Posed], protocol: Protocol) -> list[Wanted]:
+def _pairs(arguments: Namespace, frames: list[PosedFrame], protocol: PairProtocol) -> list[FramePair]:
     if arguments.truth_pairs:
         pairs = list(pairs_listed(frames, Path(arguments.truth_pairs), protocol.gaps, arguments.every or 1))
     else:

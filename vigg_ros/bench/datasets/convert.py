@@ -19,8 +19,7 @@ from vigg_ros.bench.datasets.kitti import open_kitti
 from vigg_ros.bench.datasets.kitti_raw import open_kitti_raw
 from vigg_ros.bench.datasets.rgbd_folder import open_rgbd_folder
 from vigg_ros.bench.datasets.tum_folder import open_tum
-from vigg_ros.registration.errors import BagError
-from vigg_ros.sensors.header import NS_PER_S
+from vigg_ros.registration import BagError
 
 LAYOUTS: dict[str, Callable[..., Dataset]] = {
     "7scenes": open_rgbd_folder,
@@ -109,5 +108,5 @@ def write_bag(dataset: Dataset, writer: BagWriter, *, progress: Progress | None 
         if progress is not None:
             progress(done, len(messages))
     left_out = (f"{len(failures)} files were left out; the first: {failures[0]}",) if failures else ()
-    duration_s = (messages[-1].stamp_ns - messages[0].stamp_ns) / NS_PER_S
+    duration_s = (messages[-1].stamp_ns - messages[0].stamp_ns) / 1e9
     return ConvertSummary(writer.path, dict(counts), duration_s, dataset.notes + left_out)

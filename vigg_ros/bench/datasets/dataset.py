@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bags.trajectories import DatasetPose
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError, Camera, Frame
+from vigg_ros.registration.rigid import inverse
 from vigg_ros.tracking.pairing import assign
 
 NO_DEPTH_RAW = 65535
@@ -33,7 +33,7 @@ class DatasetFile:
 
 @dataclass(frozen=True, slots=True)
 class DatasetFrame:
-    """An image with depth, and the pose if it is known. Nothing is loaded before it is asked for."""
+    """An image with depth or a scan, and the pose if it is known. Nothing is loaded before it is asked for."""
 
     number: int
     stamp_ns: int
@@ -44,6 +44,20 @@ class DatasetFrame:
     depth_unit_m: float
     T_world_sensor: NDArray[np.float64] | None
     """(4, 4): of the camera's optical frame, or of the LiDAR where there are scans."""
+    T_lidar_camera: NDArray[np.float64] | None
+    """(4, 4) where there are scans."""
+
+    @property
+    def name(self) -> str:
+        return str(self.number)
+
+    def load(self) -> Frame:
+        """The frame to register. Raises DataError or BagError where the files cannot be used."""
+        if self.points_path is None:
+            return Frame.from_depth(self.image(), self.depth_m(), self.camera, stamp_ns=self.stamp_ns)
+        assert self.T_lidar_camera is not None, "data sets with scans have extrinsics"
+        T_camera_lidar = inverse(self.T_lidar_camera)
+        return Frame.from_points(self.image(), self.points(), self.camera, T_camera_lidar, stamp_ns=self.stamp_ns)
 
     def image(self) -> NDArray[np.uint8]:
         """(H, W, 3) BGR in the size of the camera. Raises BagError when the file is no image."""
@@ -82,11 +96,12 @@ class Dataset:
     def frames(self) -> tuple[DatasetFrame, ...]:
         """Each image with a depth image or scan of its own, assigned as in a replay; images without are left out."""
         others = self.scans or self.depths
-        partners = assign(_stamps(self.images), _stamps(others), self.slop_ns)
+        images_ns, others_ns = ([file.stamp_ns for file in files] for files in (self.images, others))
+        partners = assign(images_ns, others_ns, self.slop_ns)
         pairs = [(index, other) for index, other in enumerate(partners) if other is not None]
         # Results are in the frame of the points; so with scans it is the scan's stamp that counts.
         timed = [others[other] if self.scans else self.images[index] for index, other in pairs]
-        poses = nearest(_stamps(timed), [pose.stamp_ns for pose in self.poses], self.slop_ns)
+        poses = nearest([file.stamp_ns for file in timed], [pose.stamp_ns for pose in self.poses], self.slop_ns)
         return tuple(
             self._frame(self.images[index], others[other], file.stamp_ns, pose)
             for (index, other), file, pose in zip(pairs, timed, poses, strict=True)
@@ -102,11 +117,8 @@ class Dataset:
             points_path=other.path if self.scans else None,
             depth_unit_m=self.depth_unit_m,
             T_world_sensor=None if pose is None else self.poses[pose].T_world_sensor,
+            T_lidar_camera=self.T_lidar_camera,
         )
-
-
-def _stamps(files: Sequence[DatasetFile]) -> list[int]:
-    return [file.stamp_ns for file in files]
 
 
 def nearest(stamps_ns: Sequence[int], others_ns: Sequence[int], slop_ns: int) -> list[int | None]:

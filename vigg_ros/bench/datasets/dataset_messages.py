@@ -17,7 +17,7 @@ from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, load_depth_raw
 from vigg_ros.messages.fields import Message
 from vigg_ros.messages.pose_messages import encode_pose, encode_tf, encode_transform
 from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
-from vigg_ros.registration.camera import Camera
+from vigg_ros.registration import Camera
 
 WORLD_FRAME = "map"
 CAMERA_FRAME = "camera_color_optical_frame"
@@ -47,7 +47,12 @@ def dataset_messages(dataset: Dataset) -> list[PlannedMessage]:
     Colour as bgr8 with a CameraInfo each; depth as 16UC1 millimetres if the data set has these, else as
     32FC1 metres, which lose nothing; scans with intensity; the pose of the camera or LiDAR in ``map``.
     """
-    planned = [*_images(dataset), *_depths(dataset), *_scans(dataset), *_poses(dataset)]
+    planned = [
+        *_images(dataset),
+        *(PlannedMessage(file.stamp_ns, DEPTH_TOPIC, partial(_depth, dataset, file)) for file in dataset.depths),
+        *(PlannedMessage(file.stamp_ns, POINTS_TOPIC, partial(_points, file)) for file in dataset.scans),
+        *(PlannedMessage(pose.stamp_ns, GROUND_TRUTH_TOPIC, partial(_pose, pose)) for pose in dataset.poses),
+    ]
     planned.sort(key=lambda message: message.stamp_ns)
     if dataset.T_lidar_camera is None:
         return planned
@@ -58,28 +63,11 @@ def dataset_messages(dataset: Dataset) -> list[PlannedMessage]:
 
 def _images(dataset: Dataset) -> Iterator[PlannedMessage]:
     topic = RECTIFIED_IMAGE_TOPIC if dataset.scans else IMAGE_TOPIC
+    camera = dataset.camera
     for file in dataset.images:
-        yield PlannedMessage(file.stamp_ns, CAMERA_INFO_TOPIC, partial(_camera_info, dataset.camera, file))
-        yield PlannedMessage(file.stamp_ns, topic, partial(_image, dataset.camera, file))
-
-
-def _depths(dataset: Dataset) -> Iterator[PlannedMessage]:
-    for file in dataset.depths:
-        yield PlannedMessage(file.stamp_ns, DEPTH_TOPIC, partial(_depth, dataset, file))
-
-
-def _scans(dataset: Dataset) -> Iterator[PlannedMessage]:
-    for file in dataset.scans:
-        yield PlannedMessage(file.stamp_ns, POINTS_TOPIC, partial(_points, file))
-
-
-def _poses(dataset: Dataset) -> Iterator[PlannedMessage]:
-    for pose in dataset.poses:
-        yield PlannedMessage(pose.stamp_ns, GROUND_TRUTH_TOPIC, partial(_pose, pose))
-
-
-def _camera_info(camera: Camera, file: DatasetFile) -> Message:
-    return encode_camera_info(camera, stamp_ns=file.stamp_ns, frame_id=CAMERA_FRAME)
+        info = partial(encode_camera_info, camera, stamp_ns=file.stamp_ns, frame_id=CAMERA_FRAME)
+        yield PlannedMessage(file.stamp_ns, CAMERA_INFO_TOPIC, info)
+        yield PlannedMessage(file.stamp_ns, topic, partial(_image, camera, file))
 
 
 def _image(camera: Camera, file: DatasetFile) -> Message:
@@ -103,17 +91,12 @@ def _static_transform(T_lidar_camera: NDArray[np.float64], stamp_ns: int) -> Mes
 
 
 def _points(file: DatasetFile) -> Message:
+    """A PointCloud2 of x y z and intensity as the Velodyne's driver lays it out."""
     scan = load_scan(file.path)
-    bare = encode_points(scan[:, :3], stamp_ns=file.stamp_ns, frame_id=LIDAR_FRAME)
-    return _with_intensity(bare, scan)
-
-
-def _with_intensity(cloud: Message, scan: NDArray[np.float32]) -> Message:
-    """A PointCloud2 of x y z and intensity as the Velodyne's driver lays it out, from one without."""
-    names = ("x", "y", "z", "intensity")
+    cloud = encode_points(scan[:, :3], stamp_ns=file.stamp_ns, frame_id=LIDAR_FRAME)
     point_fields = tuple(
-        Message("sensor_msgs/msg/PointField", {"name": name, "offset": 4 * place, "datatype": 7, "count": 1})
-        for place, name in enumerate(names)
+        Message("sensor_msgs/msg/PointField", {"name": name, "offset": 4 * column, "datatype": 7, "count": 1})
+        for column, name in enumerate(("x", "y", "z", "intensity"))
     )
     layout = {"fields": point_fields, "point_step": 16, "row_step": 16 * len(scan)}
     data = np.ascontiguousarray(scan, dtype="<f4").reshape(-1).view(np.uint8)

@@ -17,16 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import (
-    START_NS,
-    DatasetPose,
-    parse_stamp_ns,
-    read_tum_poses,
-    stamp_of_number,
-)
+from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_tum_poses, stamp_of_number
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
 RATE_HZ = 30.0
 DEPTH_SCALE = 1000.0
@@ -44,11 +38,7 @@ _COLOUR_WORD = re.compile(r"colou?r|rgb|image|img", re.IGNORECASE)
 
 
 def open_image_folder(
-    folder: Path,
-    *,
-    intrinsics: Intrinsics | None = None,
-    depth_scale: float = DEPTH_SCALE,
-    rate_hz: float = RATE_HZ,
+    folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale: float = DEPTH_SCALE, rate_hz: float = RATE_HZ
 ) -> Dataset:
     """The recording in this folder; the rate gives stamps to files that are only numbered.
 
@@ -61,8 +51,9 @@ def open_image_folder(
             f"{folder} holds {len(colours)} colour and {len(depths)} depth images; expected folders color "
             "and depth, or both words in the names, with a number at the end"
         )
+    intrinsics = intrinsics or find_intrinsics(folder)
     if intrinsics is None:
-        intrinsics = _read_intrinsics(folder)
+        raise BagError(f"{folder} has no camera-intrinsics.txt; write one (3x3), or give fx fy cx cy")
     rows = _read_poses(folder)
     numbers = sorted({*colours, *depths}, key=Decimal)
     pose_stamps = _pose_stamps(numbers, rows, rate_hz)
@@ -84,15 +75,11 @@ def _find_images(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
     if not folder.is_dir():
         raise BagError(f"{folder} is no folder; expected one with colour and depth images")
     paths = [path for path in (*folder.glob("*"), *folder.glob("*/*")) if _IMAGE.search(path.name)]
-    depths = [path for path in paths if _DEPTH_WORD.search(_telling_name(path, folder))]
-    rest = [path for path in paths if not _DEPTH_WORD.search(_telling_name(path, folder))]
-    colours = [path for path in rest if _COLOUR_WORD.search(_telling_name(path, folder))]
+    # What tells colour from depth is the subfolder's name, else the file's own.
+    names = {path: path.name if path.parent == folder else path.parent.name for path in paths}
+    depths = [path for path in paths if _DEPTH_WORD.search(names[path])]
+    colours = [path for path in paths if _COLOUR_WORD.search(names[path]) and not _DEPTH_WORD.search(names[path])]
     return _by_number(colours), _by_number(depths)
-
-
-def _telling_name(path: Path, folder: Path) -> str:
-    """What tells colour from depth: the subfolder's name, else the file's own."""
-    return path.name if path.parent == folder else path.parent.name
 
 
 def _by_number(paths: Iterable[Path]) -> dict[str, Path]:
@@ -114,13 +101,6 @@ def _files(paths: Mapping[str, Path], stamps: Mapping[str, int]) -> tuple[Datase
         DatasetFile(int(number) if _is_frame_number(number) else place, stamps[number], paths[number])
         for place, number in enumerate(ordered)
     )
-
-
-def _read_intrinsics(folder: Path) -> Intrinsics:
-    found = find_intrinsics(folder)
-    if found is None:
-        raise BagError(f"{folder} has no camera-intrinsics.txt; write one (3x3), or give fx fy cx cy")
-    return found[0]
 
 
 def _read_poses(folder: Path) -> list[PoseRow]:

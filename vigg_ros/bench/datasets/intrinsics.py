@@ -7,13 +7,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from vigg_ros.bags.trajectories import read_numbers
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import BagError, DataError
+from vigg_ros.registration import BagError, Camera, DataError
 
 Intrinsics = tuple[float, float, float, float]
 """fx, fy, cx, cy in pixels."""
 
-FILE_NAMES = (
+INTRINSICS_FILES = (
     "camera-intrinsics.txt",
     "camera_intrinsics.txt",
     "intrinsics.txt",
@@ -23,13 +22,10 @@ FILE_NAMES = (
 )
 
 
-def find_intrinsics(*folders: Path) -> tuple[Intrinsics, Path] | None:
-    """The intrinsics of the first such file in the folders, and where they stand."""
-    for folder in folders:
-        for name in FILE_NAMES:
-            if (folder / name).is_file():
-                return read_intrinsics(folder / name), folder / name
-    return None
+def find_intrinsics(*folders: Path) -> Intrinsics | None:
+    """The intrinsics of the first such file in the folders."""
+    paths = (folder / name for folder in folders for name in INTRINSICS_FILES)
+    return next((read_intrinsics(path) for path in paths if path.is_file()), None)
 
 
 def read_intrinsics(path: Path) -> Intrinsics:

@@ -9,15 +9,16 @@ Ground truth is given for the Velodyne, in its first frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_numbers, rows
+from vigg_ros.bags.trajectories import START_NS, DatasetPose, read_numbers, rows, stamp_in
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import make_camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError, Camera
 from vigg_ros.registration.rigid import inverse, nearest_rigid
 
 SLOP_NS = 50_000_000
@@ -28,32 +29,36 @@ Calibration = dict[str, NDArray[np.float64]]
 
 def open_kitti(folder: Path) -> Dataset:
     """The sequence in this folder. Raises BagError when a part is missing or does not fit the others."""
-    images, scans = numbered_files(folder / "image_2", ".png"), numbered_files(folder / "velodyne", ".bin")
+    times = folder / "times.txt"
+    stamps_ns = [START_NS + stamp_in(times, words[0]) for _, words in rows(times)]
+    images = stamped_files(folder / "image_2", ".png", stamps_ns)
     calibration = read_calibration(folder / "calib.txt")
-    P, T_camera0_lidar = _projection(calibration, "P2", folder), _rigid_rows(calibration, "Tr", folder)
-    stamps = _read_times(folder / "times.txt")
+    P = take_projection(calibration, "P2", folder)
+    T_camera0_lidar = rigid_or_refuse(_matrix(take(calibration, "Tr", 12, folder)), f"{folder}: the calibration's Tr")
     poses, note = _read_poses(folder, T_camera0_lidar)
-    numbers = [*images, *scans]
-    if max(numbers) >= len(stamps):
-        raise BagError(f"{folder} has files up to number {max(numbers)}, but times.txt has {len(stamps)} rows")
     return Dataset(
         name=folder.name,
-        camera=make_camera(image_size(next(iter(images.values()))), (P[0, 0], P[1, 1], P[0, 2], P[1, 2])),
-        images=tuple(DatasetFile(number, stamps[number], path) for number, path in images.items()),
-        scans=tuple(DatasetFile(number, stamps[number], path) for number, path in scans.items()),
-        poses=tuple(DatasetPose(stamp, T) for stamp, T in zip(stamps, poses, strict=False) if T is not None),
+        camera=rectified_camera(image_size(images[0].path), P),
+        images=images,
+        scans=stamped_files(folder / "velodyne", ".bin", stamps_ns),
+        poses=tuple(DatasetPose(stamp, T) for stamp, T in zip(stamps_ns, poses, strict=False) if T is not None),
         T_lidar_camera=inverse(camera_offset(P) @ T_camera0_lidar),
         slop_ns=SLOP_NS,
         notes=(note,) if note else (),
     )
 
 
-def numbered_files(folder: Path, suffix: str) -> dict[int, Path]:
-    """Files named by nothing but a number, in order. Raises BagError when there are none."""
+def stamped_files(folder: Path, suffix: str, stamps_ns: Sequence[int]) -> tuple[DatasetFile, ...]:
+    """Files named by nothing but a number, in order, each with the stamp in the row of that number.
+
+    Some may be missing. Raises BagError when all are, or when a file has no row.
+    """
     found = {int(path.stem): path for path in folder.glob(f"*{suffix}") if path.stem.isdecimal()}
     if not found:
         raise BagError(f"{folder} holds no files NNNNNN{suffix}")
-    return dict(sorted(found.items()))
+    if max(found) >= len(stamps_ns):
+        raise BagError(f"{folder} has files up to number {max(found)}, but there are {len(stamps_ns)} stamps")
+    return tuple(DatasetFile(number, stamps_ns[number], path) for number, path in sorted(found.items()))
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -68,7 +73,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def camera_offset(P: NDArray[np.float64]) -> NDArray[np.float64]:
-    """T_camera_camera0 (4, 4) of a rectified camera by its projection P (3, 4) = K [I | t]."""
+    """T_camera_camera0 (4, 4) of a rectified camera by its projection P (3, 4)."""
     T = np.eye(4)
     T[:3, 3] = np.linalg.solve(P[:, :3], P[:, 3])
     return T
@@ -82,30 +87,30 @@ def take(calibration: Calibration, name: str, size: int, where: Path) -> NDArray
     return numbers
 
 
-def _projection(calibration: Calibration, name: str, where: Path) -> NDArray[np.float64]:
+def take_projection(calibration: Calibration, name: str, where: Path) -> NDArray[np.float64]:
+    """The row P (3, 4) = K [I | t] of a rectified camera. Raises BagError when it is missing or singular."""
     P = take(calibration, name, 12, where).reshape(3, 4)
     if abs(np.linalg.det(P[:, :3])) < 1e-9:
         raise BagError(f"{where}: the calibration's {name} is no projection")
     return P
 
 
-def _rigid_rows(calibration: Calibration, name: str, where: Path) -> NDArray[np.float64]:
-    T = _rigid_3x4(take(calibration, name, 12, where))
+def rectified_camera(size_px: tuple[int, int], P: NDArray[np.float64]) -> Camera:
+    """The camera of images of this width and height, with the intrinsics in P (3, 4)."""
+    return make_camera(size_px, (P[0, 0], P[1, 1], P[0, 2], P[1, 2]))
+
+
+def rigid_or_refuse(matrix: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+    """The transform (4, 4) that a rounded matrix (4, 4) means. Raises BagError when it is none."""
+    T = nearest_rigid(matrix)
     if T is None:
-        raise BagError(f"{where}: the calibration's {name} is no rigid transform")
+        raise BagError(f"{what} is no transform")
     return T
 
 
-def _rigid_3x4(numbers: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    return nearest_rigid(np.vstack((numbers.reshape(3, 4), (0.0, 0.0, 0.0, 1.0))))
-
-
-def _read_times(path: Path) -> list[int]:
-    """Stamps in ns; the benchmark counts from 0."""
-    try:
-        return [START_NS + parse_stamp_ns(words[0]) for _, words in rows(path)]
-    except ValueError as error:
-        raise BagError(f"{path}: {error}") from error
+def _matrix(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(4, 4) from the upper three rows."""
+    return np.vstack((numbers.reshape(3, 4), (0.0, 0.0, 0.0, 1.0)))
 
 
 def _read_poses(folder: Path, T_camera0_lidar: NDArray[np.float64]) -> tuple[list[NDArray[np.float64] | None], str]:
@@ -118,5 +123,5 @@ def _read_poses(folder: Path, T_camera0_lidar: NDArray[np.float64]) -> tuple[lis
     if numbers.size % 12:
         raise BagError(f"{path} holds {numbers.size} numbers; expected 12 for each pose")
     T_lidar_camera0 = inverse(T_camera0_lidar)
-    poses = [_rigid_3x4(row) for row in numbers.reshape(-1, 12)]
+    poses = [nearest_rigid(_matrix(row)) for row in numbers.reshape(-1, 12)]
     return [None if T is None else T_lidar_camera0 @ T @ T_camera0_lidar for T in poses], ""

@@ -10,6 +10,8 @@ conversion of GPS to metres: the readme and the development kit of the raw data.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -18,11 +20,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.bags.trajectories import DatasetPose, read_numbers, rows
+from vigg_ros.bench.datasets import kitti
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
-from vigg_ros.bench.datasets.intrinsics import make_camera
-from vigg_ros.bench.datasets.kitti import SLOP_NS, camera_offset, numbered_files, read_calibration, take
-from vigg_ros.registration.errors import BagError
-from vigg_ros.registration.rigid import inverse, nearest_rigid
+from vigg_ros.registration import BagError
+from vigg_ros.registration.rigid import inverse
 from vigg_ros.sensors.header import NS_PER_S
 
 _EARTH_RADIUS_M = 6_378_137.0
@@ -31,34 +32,32 @@ _EARTH_RADIUS_M = 6_378_137.0
 def open_kitti_raw(folder: Path) -> Dataset:
     """The drive in this folder. Raises BagError when a part is missing or the images are not rectified."""
     images, scans = _stamped(folder / "image_02", ".png"), _stamped(folder / "velodyne_points", ".bin")
-    cameras = read_calibration(_find(folder, "calib_cam_to_cam.txt"))
-    P = take(cameras, "P_rect_02", 12, folder).reshape(3, 4)
+    cameras = kitti.read_calibration(_find(folder, "calib_cam_to_cam.txt"))
+    P = kitti.take_projection(cameras, "P_rect_02", folder)
     size = image_size(images[0].path)
-    if size != tuple(take(cameras, "S_rect_02", 2, folder).astype(int)):
+    if size != tuple(kitti.take(cameras, "S_rect_02", 2, folder).astype(int)):
         raise BagError(f"{folder}: images of {size[0]}x{size[1]} are not the rectified ones; get the _sync drive")
     R_rect = np.eye(4)
-    R_rect[:3, :3] = take(cameras, "R_rect_00", 9, folder).reshape(3, 3)
+    R_rect[:3, :3] = kitti.take(cameras, "R_rect_00", 9, folder).reshape(3, 3)
     T_camera0_lidar = _rotation_translation(folder, "calib_velo_to_cam.txt")
-    poses, note = _read_poses(folder)
+    poses, note = _read_poses(folder, [file.stamp_ns for file in (*images, *scans)])
     return Dataset(
         name=folder.name,
-        camera=make_camera(size, (P[0, 0], P[1, 1], P[0, 2], P[1, 2])),
+        camera=kitti.rectified_camera(size, P),
         images=images,
         scans=scans,
         poses=poses,
-        T_lidar_camera=inverse(_rigid(camera_offset(P) @ R_rect @ T_camera0_lidar, folder)),
-        slop_ns=SLOP_NS,
+        T_lidar_camera=inverse(
+            kitti.rigid_or_refuse(kitti.camera_offset(P) @ R_rect @ T_camera0_lidar, f"{folder}: R_rect_00")
+        ),
+        slop_ns=kitti.SLOP_NS,
         notes=(note,) if note else (),
     )
 
 
 def _stamped(folder: Path, suffix: str) -> tuple[DatasetFile, ...]:
-    """The files of a sensor; some drives lack a few scans, so files and rows are matched by number."""
-    files = numbered_files(folder / "data", suffix)
-    stamps = _read_timestamps(folder / "timestamps.txt")
-    if max(files) >= len(stamps):
-        raise BagError(f"{folder} has files up to number {max(files)}, but {len(stamps)} timestamps")
-    return tuple(DatasetFile(number, stamps[number], path) for number, path in files.items())
+    """The files of a sensor; some drives lack a few scans."""
+    return kitti.stamped_files(folder / "data", suffix, _read_timestamps(folder / "timestamps.txt"))
 
 
 def _read_timestamps(path: Path) -> list[int]:
@@ -84,25 +83,18 @@ def _find(folder: Path, name: str) -> Path:
 
 def _rotation_translation(folder: Path, name: str) -> NDArray[np.float64]:
     path = _find(folder, name)
-    calibration = read_calibration(path)
+    calibration = kitti.read_calibration(path)
     T = np.eye(4)
-    T[:3, :3] = take(calibration, "R", 9, path).reshape(3, 3)
-    T[:3, 3] = take(calibration, "T", 3, path)
-    return _rigid(T, path)
+    T[:3, :3] = kitti.take(calibration, "R", 9, path).reshape(3, 3)
+    T[:3, 3] = kitti.take(calibration, "T", 3, path)
+    return kitti.rigid_or_refuse(T, str(path))
 
 
-def _rigid(matrix: NDArray[np.float64], where: Path) -> NDArray[np.float64]:
-    T = nearest_rigid(matrix)
-    if T is None:
-        raise BagError(f"{where}: the calibration holds a rotation that is none")
-    return T
-
-
-def _read_poses(folder: Path) -> tuple[tuple[DatasetPose, ...], str]:
-    """The Velodyne's poses in its first frame by GPS and IMU, and a note if there are none."""
+def _read_poses(folder: Path, used_ns: Sequence[int]) -> tuple[tuple[DatasetPose, ...], str]:
+    """The Velodyne's poses in its first frame by GPS and IMU while files were taken, and a note if there are none."""
     try:
         T_lidar_imu = _rotation_translation(folder, "calib_imu_to_velo.txt")
-        packets = _stamped(folder / "oxts", ".txt")
+        packets = _spanning(_stamped(folder / "oxts", ".txt"), min(used_ns), max(used_ns))
     except BagError as error:
         return (), f"no ground truth: {error}"
     T_earth_imu = _imu_poses([read_numbers(packet.path) for packet in packets], folder)
@@ -111,13 +103,17 @@ def _read_poses(folder: Path) -> tuple[tuple[DatasetPose, ...], str]:
     return tuple(DatasetPose(file.stamp_ns, T) for file, T in zip(packets, poses, strict=True)), ""
 
 
-def _has_position(packet: NDArray[np.float64]) -> bool:
-    return packet.size >= 6 and bool(np.isfinite(packet[:6]).all()) and abs(packet[0]) < 90
+def _spanning(files: Sequence[DatasetFile], first_ns: int, last_ns: int) -> Sequence[DatasetFile]:
+    """The files from the last one before the first stamp to the first one after the last, by stamp."""
+    ordered = sorted(files, key=lambda file: file.stamp_ns)
+    stamps_ns = [file.stamp_ns for file in ordered]
+    begin = max(bisect_right(stamps_ns, first_ns) - 1, 0)
+    return ordered[begin : bisect_left(stamps_ns, last_ns) + 1]
 
 
 def _imu_poses(packets: list[NDArray[np.float64]], where: Path) -> list[NDArray[np.float64]]:
     """East-north-up poses (4, 4) of packets ``lat lon alt roll pitch yaw ..`` by the kit's Mercator scale."""
-    if not all(map(_has_position, packets)):
+    if not all(packet.size >= 6 and np.isfinite(packet[:6]).all() and abs(packet[0]) < 90 for packet in packets):
         raise BagError(f"{where}: an oxts packet has no position; expected lat lon alt roll pitch yaw ..")
     scale = math.cos(math.radians(packets[0][0]))
     poses = []

@@ -16,7 +16,7 @@ from pathlib import Path
 from vigg_ros.bags.trajectories import DatasetPose, read_matrix_pose, stamp_of_number
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
 RATE_HZ = 30.0
 
@@ -96,11 +96,9 @@ def _intrinsics(
     sequence: Path, folder: Path, given: Intrinsics | None, size: tuple[int, int]
 ) -> tuple[Intrinsics, str]:
     """The intrinsics and a note, if one is due. 3DMatch keeps them beside its sequences."""
-    if given is not None:
-        return given, ""
-    found = find_intrinsics(sequence, folder, sequence.parent)
+    found = given or find_intrinsics(sequence, folder, sequence.parent)
     if found is not None:
-        return found[0], ""
+        return found, ""
     if size != (640, 480):
         raise BagError(
             f"{folder} has no camera-intrinsics.txt, and its images are {size[0]}x{size[1]} and not the "

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vigg_ros.bags.trajectories import DatasetPose, parse_stamp_ns, read_tum_poses, rows
+from vigg_ros.bags.trajectories import read_stamped_poses, rows, stamp_in
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
-from vigg_ros.registration.errors import BagError
+from vigg_ros.registration import BagError
 
 DEPTH_SCALE = 5000.0
 """Depth values a metre."""
@@ -29,14 +29,12 @@ def open_tum(folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale:
     images, depths = _read_list(folder / "rgb.txt"), _read_list(folder / "depth.txt")
     truth = folder / "groundtruth.txt"
     notes = [] if truth.is_file() else ["no groundtruth.txt: the recording has no poses"]
+    intrinsics = intrinsics or find_intrinsics(folder)
     if intrinsics is None:
-        found = find_intrinsics(folder)
-        intrinsics = DEFAULT_INTRINSICS if found is None else found[0]
-        if found is None:
-            notes.append("no intrinsics file: taken as 525 525 319.5 239.5 px, as the benchmark recommends")
+        notes.append("no intrinsics file: taken as 525 525 319.5 239.5 px, as the benchmark recommends")
     return Dataset(
         name=folder.name,
-        camera=make_camera(image_size(depths[0].path), intrinsics),
+        camera=make_camera(image_size(depths[0].path), intrinsics or DEFAULT_INTRINSICS),
         images=images,
         depths=depths,
         poses=read_stamped_poses(truth) if truth.is_file() else (),
@@ -45,29 +43,13 @@ def open_tum(folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale:
     )
 
 
-def read_stamped_poses(path: Path) -> tuple[DatasetPose, ...]:
-    """The poses of a TUM trajectory file by stamp; rows that are no pose are left out."""
-    found = []
-    for stamp, T_world_sensor in read_tum_poses(path):
-        if T_world_sensor is not None:
-            found.append(DatasetPose(_stamp(stamp, path), T_world_sensor))
-    return tuple(sorted(found, key=lambda pose: pose.stamp_ns))
-
-
 def _read_list(path: Path) -> tuple[DatasetFile, ...]:
     """Rows ``stamp file``; the number of a file is its place in the list."""
     found = []
     for line, words in rows(path):
         if len(words) != 2:
             raise BagError(f"{path}, line {line}: {len(words)} columns; expected a stamp and a file name")
-        found.append((_stamp(words[0], path), path.parent / words[1]))
+        found.append((stamp_in(path, words[0]), path.parent / words[1]))
     if not found:
         raise BagError(f"{path} lists no images")
     return tuple(DatasetFile(number, *row) for number, row in enumerate(sorted(found)))
-
-
-def _stamp(text: str, path: Path) -> int:
-    try:
-        return parse_stamp_ns(text)
-    except ValueError as error:
-        raise BagError(f"{path}: {error}") from error

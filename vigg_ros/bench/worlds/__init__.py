@@ -2,7 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rendered worlds: scenes, cameras, LiDARs and motions whose truth is known in closed form."""
 
-from vigg_ros.bench.worlds.hard import HALL_PERIOD_M, bare_room, blank_plane, hall_of_columns, single_plane, tiled_room
+from vigg_ros.bench.worlds.ambiguous_scenes import (
+    HALL_PERIOD_M,
+    bare_room,
+    blank_plane,
+    hall_of_columns,
+    single_plane,
+    tiled_room,
+)
 from vigg_ros.bench.worlds.lidar import LidarModel, LidarScan, render_lidar, scan_lidar
 from vigg_ros.bench.worlds.noise import ImageNoise, KinectNoise
 from vigg_ros.bench.worlds.paths import Drive, HandheldLoop, Leg, stamps_ns
@@ -12,28 +19,7 @@ from vigg_ros.bench.worlds.scene import Light, Scene
 from vigg_ros.bench.worlds.streets import STREET_DRIVE, street
 
 __all__ = [
-    "HALL_PERIOD_M",
-    "STREET_DRIVE",
-    "Drive",
-    "HandheldLoop",
-    "ImageNoise",
-    "KinectNoise",
-    "Leg",
-    "LidarModel",
-    "LidarScan",
-    "Light",
-    "Scene",
-    "bare_room",
-    "blank_plane",
-    "hall_of_columns",
-    "render_depth",
-    "render_image",
-    "render_lidar",
-    "render_rgbd",
-    "room",
-    "scan_lidar",
-    "single_plane",
-    "stamps_ns",
-    "street",
-    "tiled_room",
-]
+    "HALL_PERIOD_M", "STREET_DRIVE", "Drive", "HandheldLoop", "ImageNoise", "KinectNoise", "Leg", "LidarModel",
+    "LidarScan", "Light", "Scene", "bare_room", "blank_plane", "hall_of_columns", "render_depth", "render_image",
+    "render_lidar", "render_rgbd", "room", "scan_lidar", "single_plane", "stamps_ns", "street", "tiled_room",
+]  # fmt: skip

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.bench.worlds.scene import Scene
-from vigg_ros.bench.worlds.surfaces import Surface
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.bench.worlds.surfaces import Array, TexturedSurface
+from vigg_ros.registration import ConfigError
 
-Array = NDArray[np.float64]
 Motion = Callable[[float], Pose]
 """T_world_lidar at a time, seconds relative to the moment the beams point forward."""
 
@@ -66,11 +65,7 @@ class LidarScan:
 
 
 def render_lidar(
-    scene: Scene,
-    T_world_lidar: Pose | Motion,
-    model: LidarModel,
-    *,
-    rng: np.random.Generator | None = None,
+    scene: Scene, T_world_lidar: Pose | Motion, model: LidarModel, *, rng: np.random.Generator | None = None
 ) -> tuple[NDArray[np.float32], Array]:
     """Points (N, 3) float32 in the lidar frame and times_s (N,) of a scan: see scan_lidar."""
     scan = scan_lidar(scene, T_world_lidar, model, rng=rng)
@@ -78,11 +73,7 @@ def render_lidar(
 
 
 def scan_lidar(
-    scene: Scene,
-    T_world_lidar: Pose | Motion,
-    model: LidarModel,
-    *,
-    rng: np.random.Generator | None = None,
+    scene: Scene, T_world_lidar: Pose | Motion, model: LidarModel, *, rng: np.random.Generator | None = None
 ) -> LidarScan:
     """One turn of the sensor at a pose (4, 4) or along a motion; exact unless an rng adds range noise.
 
@@ -125,7 +116,7 @@ def _cast(scene: Scene, origins: Array, directions: Array) -> tuple[Array, Array
     return ranges_m, intensities
 
 
-def _rays_near(surface: Surface, origins: Array, directions: Array) -> NDArray[np.intp]:
+def _rays_near(surface: TexturedSurface, origins: Array, directions: Array) -> NDArray[np.intp]:
     """The rays that pass through the sphere around a surface's corners."""
     corners = surface.corners()
     centre = corners.mean(axis=0)
@@ -136,7 +127,7 @@ def _rays_near(surface: Surface, origins: Array, directions: Array) -> NDArray[n
     return np.flatnonzero((beside_squared <= radius_m**2) & (along_m > -radius_m))
 
 
-def _intensities(surface: Surface, points: Array, directions: Array, ranges_m: Array) -> Array:
+def _intensities(surface: TexturedSurface, points: Array, directions: Array, ranges_m: Array) -> Array:
     cosine = np.abs((surface.normals(points) * directions).sum(axis=1))
     # A beam is a few milliradians wide.
     colours = surface.texture.sample(surface.coordinates(points), 0.003 * np.maximum(ranges_m, 0.1))

@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.camera import Camera
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import Camera, ConfigError
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +45,7 @@ class KinectNoise:
         """Standard deviation of the error before quantisation, at depths of any shape."""
         return self.sigma_per_m2 * np.asarray(depth_m, dtype=np.float64) ** 2
 
-    def apply(
-        self, depth_m: NDArray[np.float32], camera: Camera, rng: np.random.Generator
-    ) -> NDArray[np.float32]:
+    def apply(self, depth_m: NDArray[np.float32], camera: Camera, rng: np.random.Generator) -> NDArray[np.float32]:
         """Measured depth (H, W) float32 from exact depth (H, W), metres; 0 where there is none."""
         error_m = self.sigma_m(depth_m) * _grain(rng, depth_m.shape, self.correlation_px)
         measured_m = self._quantise(depth_m + error_m)

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at
-from vigg_ros.registration.errors import ConfigError
-from vigg_ros.sensors.header import NS_PER_S
+from vigg_ros.registration import ConfigError
 
 
 def stamps_ns(count: int, rate_hz: float, start_ns: int) -> NDArray[np.int64]:
     """Stamps (count,) of a steady sensor, integer nanoseconds, without the drift of summed floats."""
-    since_start_ns: NDArray[np.int64] = np.rint(np.arange(count) * (NS_PER_S / rate_hz)).astype(np.int64)
+    since_start_ns: NDArray[np.int64] = np.rint(np.arange(count) * (1e9 / rate_hz)).astype(np.int64)
     return start_ns + since_start_ns
 
 

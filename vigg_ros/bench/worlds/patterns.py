@@ -7,18 +7,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from vigg_ros.bench.worlds.canvas import (
-    Colour,
-    Rng,
-    Size,
-    blank,
-    draw_shape,
-    draw_window,
-    finish,
-    stains,
-    vivid,
-    write,
-)
+from vigg_ros.bench.worlds.canvas import Colour, Rng, Size, blank, draw_shape, draw_window, finish, stains, vivid, write
 from vigg_ros.bench.worlds.texture import Texture
 
 
@@ -103,12 +92,7 @@ def planks(rng: Rng, size_m: Size, *, plank_m: float = 0.14, texel_m: float = 0.
 
 
 def bricks(
-    rng: Rng,
-    size_m: Size,
-    *,
-    colour: Colour = (75, 95, 160),
-    brick_m: Size = (0.25, 0.08),
-    texel_m: float = 0.012,
+    rng: Rng, size_m: Size, *, colour: Colour = (75, 95, 160), brick_m: Size = (0.25, 0.08), texel_m: float = 0.012
 ) -> Texture:
     """Courses of bricks, every other one shifted by half a brick, each brick with its own tone."""
     canvas = blank(size_m, texel_m, colour)

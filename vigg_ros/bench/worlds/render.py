@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.bench.worlds.scene import Scene
-from vigg_ros.bench.worlds.surfaces import Surface
-from vigg_ros.registration.camera import Camera
+from vigg_ros.bench.worlds.surfaces import TexturedSurface
+from vigg_ros.registration import Camera
 
 Window = tuple[slice, slice]
 
@@ -33,16 +33,14 @@ def render_rgbd(
 
 def render_depth(scene: Scene, camera: Camera, T_world_camera: Pose) -> NDArray[np.float32]:
     """Depth (H, W) float32, metres along z at pixel centres, 0 where there is nothing."""
-    hits = _cast(scene, _View.of(camera, T_world_camera, 1))
-    return np.where(hits.surface >= 0, hits.depth_m, 0).astype(np.float32)
+    depth_m, nearest = _cast(scene, _View.of(camera, T_world_camera, 1))
+    return np.where(nearest >= 0, depth_m, 0).astype(np.float32)
 
 
-def render_image(
-    scene: Scene, camera: Camera, T_world_camera: Pose, *, supersampling: int = 2
-) -> NDArray[np.uint8]:
+def render_image(scene: Scene, camera: Camera, T_world_camera: Pose, *, supersampling: int = 2) -> NDArray[np.uint8]:
     """Image (H, W, 3) uint8 BGR."""
     view = _View.of(camera, T_world_camera, supersampling)
-    colours = _shade(scene, view, _cast(scene, view))
+    colours = _shade(scene, view, *_cast(scene, view))
     blocks = colours.reshape(camera.height_px, supersampling, camera.width_px, supersampling, 3)
     image: NDArray[np.uint8] = np.rint(blocks.mean(axis=(1, 3))).astype(np.uint8)
     return image
@@ -54,29 +52,22 @@ class _View:
 
     camera: Camera
     T_world_camera: Pose
+    origin: NDArray[np.float64]
     directions: NDArray[np.float64]
 
     @classmethod
-    def of(cls, camera: Camera, T_world_camera: Pose, supersampling: int) -> _View:
+    def of(cls, camera: Camera, T_world_camera: Pose, scale: int) -> _View:
         fine = Camera(
-            width_px=camera.width_px * supersampling,
-            height_px=camera.height_px * supersampling,
-            fx_px=camera.fx_px * supersampling,
-            fy_px=camera.fy_px * supersampling,
-            cx_px=(camera.cx_px + 0.5) * supersampling - 0.5,
-            cy_px=(camera.cy_px + 0.5) * supersampling - 0.5,
-        )
+            camera.width_px * scale, camera.height_px * scale, camera.fx_px * scale, camera.fy_px * scale,
+            (camera.cx_px + 0.5) * scale - 0.5, (camera.cy_px + 0.5) * scale - 0.5,
+        )  # fmt: skip
         x = (np.arange(fine.width_px) - fine.cx_px) / fine.fx_px
         y = (np.arange(fine.height_px) - fine.cy_px) / fine.fy_px
         right, down, forward = T_world_camera[:3, :3].T
         directions = x[None, :, None] * right + y[:, None, None] * down + forward
-        return cls(fine, T_world_camera, directions)
+        return cls(fine, T_world_camera, T_world_camera[:3, 3], directions)
 
-    @property
-    def origin(self) -> NDArray[np.float64]:
-        return self.T_world_camera[:3, 3]
-
-    def window(self, surface: Surface) -> Window | None:
+    def window(self, surface: TexturedSurface) -> Window | None:
         """The pixels that a surface may cover, or None when it is out of sight."""
         corners = (surface.corners() - self.origin) @ self.T_world_camera[:3, :3]
         if (corners[:, 2] < _NEAR_M).all():
@@ -91,15 +82,8 @@ class _View:
         return np.s_[int(low[1]) : int(high[1]), int(low[0]) : int(high[0])]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Hits:
-    """Per ray: depth_m (H, W), inf where nothing is met; surface (H, W), its index in the scene or -1."""
-
-    depth_m: NDArray[np.float64]
-    surface: NDArray[np.int16]
-
-
-def _cast(scene: Scene, view: _View) -> _Hits:
+def _cast(scene: Scene, view: _View) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
+    """Per ray: depth (H, W) in metres, inf where nothing is met; the surface's index (H, W) in the scene, or -1."""
     depth_m = np.full(view.directions.shape[:2], np.inf)
     nearest = np.full(view.directions.shape[:2], -1, dtype=np.int16)
     for index, surface in enumerate(scene.surfaces):
@@ -109,25 +93,25 @@ def _cast(scene: Scene, view: _View) -> _Hits:
             nearer = ranges < depth_m[window]
             depth_m[window][nearer] = ranges[nearer]
             nearest[window][nearer] = index
-    return _Hits(depth_m, nearest)
+    return depth_m, nearest
 
 
-def _shade(scene: Scene, view: _View, hits: _Hits) -> NDArray[np.float32]:
+def _shade(scene: Scene, view: _View, depth_m: NDArray[np.float64], nearest: NDArray[np.int16]) -> NDArray[np.float32]:
     """Colours (H, W, 3) BGR in 0..255 of all rays."""
-    colours = np.empty((hits.surface.size, 3), dtype=np.float32)
+    colours = np.empty((nearest.size, 3), dtype=np.float32)
     colours[:] = scene.background_bgr
-    order = np.argsort(hits.surface, axis=None, kind="stable")
-    bounds = np.searchsorted(hits.surface.ravel()[order], np.arange(len(scene.surfaces) + 1))
-    all_directions, all_depth_m = view.directions.reshape(-1, 3), hits.depth_m.ravel()
+    order = np.argsort(nearest, axis=None, kind="stable")
+    bounds = np.searchsorted(nearest.ravel()[order], np.arange(len(scene.surfaces) + 1))
     for index in np.flatnonzero(np.diff(bounds)):
         rays = order[bounds[index] : bounds[index + 1]]
-        surface, directions, depth_m = scene.surfaces[index], all_directions[rays], all_depth_m[rays]
-        points = view.origin + directions * depth_m[:, None]
+        surface, directions = scene.surfaces[index], view.directions.reshape(-1, 3)[rays]
+        ranges = depth_m.ravel()[rays]
+        points = view.origin + directions * ranges[:, None]
         normals = surface.normals(points)
-        footprint_m = _footprints_m(directions, normals) * depth_m / view.camera.fx_px
+        footprint_m = _footprints_m(directions, normals) * ranges / view.camera.fx_px
         albedo = surface.texture.sample(surface.coordinates(points), footprint_m)
         colours[rays] = albedo * scene.light.shades(points, normals)[:, None]
-    return colours.reshape(*hits.surface.shape, 3)
+    return colours.reshape(*nearest.shape, 3)
 
 
 def _footprints_m(directions: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:

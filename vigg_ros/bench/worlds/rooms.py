@@ -13,7 +13,7 @@ from vigg_ros.bench.worlds.canvas import Rng, vivid
 from vigg_ros.bench.worlds.patterns import carton, label, mottled, planks, poster
 from vigg_ros.bench.worlds.poses import Pose, flat, upright, upside_down
 from vigg_ros.bench.worlds.scene import Light, Scene
-from vigg_ros.bench.worlds.surfaces import Cylinder, Pattern, Rectangle, Sphere, Surface, box
+from vigg_ros.bench.worlds.surfaces import Cylinder, Pattern, Rectangle, Sphere, TexturedSurface, box
 
 LENGTH_M, WIDTH_M, HEIGHT_M = 5.0, 4.0, 2.6
 """The room's inside along x, y and z; the world's origin is in the middle of its floor."""
@@ -32,7 +32,7 @@ def room(seed: int) -> Scene:
     return Scene(surfaces, Light((-0.5, -0.4, 2.5), ambient=0.55))
 
 
-def _shell(rng: Rng) -> Iterator[Surface]:
+def _shell(rng: Rng) -> Iterator[TexturedSurface]:
     """Floor, ceiling and walls; ceiling and walls are weakly textured, as they are in most rooms."""
     length, width, height = LENGTH_M, WIDTH_M, HEIGHT_M
     yield Rectangle(flat((0, 0, 0)), (length, width), planks(rng, (length, width)))
@@ -49,7 +49,7 @@ def _shell(rng: Rng) -> Iterator[Surface]:
         yield Rectangle(upright(position, facing_deg), (extent, height), paint)
 
 
-def _wall_things(rng: Rng) -> Iterator[Surface]:
+def _wall_things(rng: Rng) -> Iterator[TexturedSurface]:
     """Pictures, a window, a door and a whiteboard, a few centimetres in front of their walls."""
     for x, y, z, facing_deg, width, height in (
         (2.47, 1.35, 1.55, 180, 0.9, 0.65),
@@ -69,7 +69,7 @@ def _wall_things(rng: Rng) -> Iterator[Surface]:
     yield from box(flat((2.1, -1.98, 0)), (0.8, 0.06, 2.05), partial(planks, rng, plank_m=0.4))
 
 
-def _table(rng: Rng, T_world_table: Pose) -> Iterator[Surface]:
+def _table(rng: Rng, T_world_table: Pose) -> Iterator[TexturedSurface]:
     """A table of 1.3 x 0.75 m with books, tins and balls on it."""
     wood = partial(planks, rng, plank_m=0.19, texel_m=0.004)
     yield from box(T_world_table @ flat((0, 0, 0.70)), (1.3, 0.75, 0.04), wood)
@@ -88,7 +88,7 @@ def _table(rng: Rng, T_world_table: Pose) -> Iterator[Surface]:
     yield _ball(rng, tuple((top @ (0.38, -0.02, 0.05, 1))[:3]), 0.05)
 
 
-def _shelves(rng: Rng, T_world_shelves: Pose) -> Iterator[Surface]:
+def _shelves(rng: Rng, T_world_shelves: Pose) -> Iterator[TexturedSurface]:
     """A bookcase of 0.35 x 1.3 x 1.9 m along the wall, with rows of books and some boxes."""
     wood = partial(mottled, rng, colour=(70, 95, 125), contrast=9, coarsest_m=0.3)
     for y in (-0.65, 0.65):
@@ -101,7 +101,7 @@ def _shelves(rng: Rng, T_world_shelves: Pose) -> Iterator[Surface]:
     yield _ball(rng, tuple((T_world_shelves @ (0, 0.3, 2.0, 1))[:3]), 0.1)
 
 
-def _book_row(rng: Rng, T_world_board: Pose) -> Iterator[Surface]:
+def _book_row(rng: Rng, T_world_board: Pose) -> Iterator[TexturedSurface]:
     """Books from one side to somewhere before the other, then one box."""
     y_m = -0.62
     while y_m < rng.uniform(0.0, 0.3):
@@ -112,7 +112,7 @@ def _book_row(rng: Rng, T_world_board: Pose) -> Iterator[Surface]:
     yield from box(T_world_board @ flat((0, 0.46, 0), rng.uniform(-12, 12)), size_m, partial(carton, rng))
 
 
-def _floor_things(rng: Rng) -> Iterator[Surface]:
+def _floor_things(rng: Rng) -> Iterator[TexturedSurface]:
     """Cartons, a rug, a chest, a stool, a bin and balls."""
     yield from box(flat((-0.6, 0.3, 0), -8), (1.6, 1.1, 0.01), partial(poster, rng, shapes=80))
     for x, y, z, yaw_deg, size_m in (
@@ -134,7 +134,7 @@ def _floor_things(rng: Rng) -> Iterator[Surface]:
         yield _ball(rng, (x, y, radius_m), radius_m)
 
 
-def _pile(rng: Rng, T_world_base: Pose, size_m: tuple[float, float, float], count: int) -> Iterator[Surface]:
+def _pile(rng: Rng, T_world_base: Pose, size_m: tuple[float, float, float], count: int) -> Iterator[TexturedSurface]:
     """Books on top of each other, each a little turned."""
     for level in range(count):
         lying = T_world_base @ flat((0, 0, level * size_m[2]), rng.uniform(-18, 18))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bench.worlds.surfaces import Surface
+from vigg_ros.bench.worlds.surfaces import TexturedSurface
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +31,6 @@ class Light:
 class Scene:
     """Surfaces, a light, and the colour (BGR, 0..255) of what is seen where there is no surface."""
 
-    surfaces: tuple[Surface, ...]
+    surfaces: tuple[TexturedSurface, ...]
     light: Light
     background_bgr: tuple[int, int, int] = (0, 0, 0)

@@ -14,15 +14,13 @@ from vigg_ros.bench.worlds.paths import Drive, Leg
 from vigg_ros.bench.worlds.patterns import asphalt, bodywork, bricks, facade, mottled, poster
 from vigg_ros.bench.worlds.poses import Pose, flat, upright
 from vigg_ros.bench.worlds.scene import Light, Scene
-from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Sphere, Surface, box
+from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Sphere, TexturedSurface, box
 
 ROAD_WIDTH_M = 7.0
 CROSSING_X_M = 20.0
 """The main street runs along x through the origin; a side street leaves it northwards here."""
 
-STREET_DRIVE = Drive(
-    start=(1.3, -0.6, 0.0), speed_mps=6.0, legs=(Leg(12.0), Leg(11.0, turn_deg=90.0), Leg(20.0))
-)
+STREET_DRIVE = Drive(start=(1.3, -0.6, 0.0), speed_mps=6.0, legs=(Leg(12.0), Leg(11.0, turn_deg=90.0), Leg(20.0)))
 """Along the main street, left into the side street, and on."""
 
 _FRONT_M = 8.5
@@ -32,18 +30,11 @@ _FRONT_M = 8.5
 def street(seed: int) -> Scene:
     """A street 100 m long with a side street: houses, parked cars, trees, poles, signs and hedges."""
     rng = np.random.default_rng(seed)
-    surfaces = (
-        *_ground(rng),
-        *_houses(rng),
-        *_parked_cars(rng),
-        *_trees(rng),
-        *_poles(rng),
-        *_yard_things(rng),
-    )
+    surfaces = (*_ground(rng), *_houses(rng), *_parked_cars(rng), *_trees(rng), *_poles(rng), *_yard_things(rng))
     return Scene(surfaces, Light((-300.0, -500.0, 600.0), ambient=0.5), background_bgr=(235, 215, 190))
 
 
-def _ground(rng: Rng) -> Iterator[Surface]:
+def _ground(rng: Rng) -> Iterator[TexturedSurface]:
     """Asphalt everywhere, lane marks, and raised pavements along the roads."""
     yield Rectangle(flat((10, 15, 0)), (120, 110), asphalt(rng, (120, 110)))
     white = partial(mottled, rng, colour=(215, 220, 222), contrast=14, coarsest_m=0.4, texel_m=0.02)
@@ -63,7 +54,7 @@ def _ground(rng: Rng) -> Iterator[Surface]:
         yield from box(flat((x, 35.5, 0)), (2.0, 60.0, 0.12), paving)
 
 
-def _houses(rng: Rng) -> Iterator[Surface]:
+def _houses(rng: Rng) -> Iterator[TexturedSurface]:
     """Rows of houses of different widths, heights and distances, with gaps, and one closing each road."""
     corner_m = ROAD_WIDTH_M / 2 + 2.5
     rows = (
@@ -85,7 +76,7 @@ def _houses(rng: Rng) -> Iterator[Surface]:
     yield from _house(rng, flat((-46, 0, 0), 90), 18.0)
 
 
-def _house(rng: Rng, T_world_front: Pose, width_m: float) -> Iterator[Surface]:
+def _house(rng: Rng, T_world_front: Pose, width_m: float) -> Iterator[TexturedSurface]:
     """A house whose front faces -y of its frame, with a cornice, a porch and balconies; it has no back."""
     height_m, depth_m = float(rng.choice((6.4, 9.4, 12.4))), 9.0
     red = partial(bricks, rng, colour=(70, 85, 140), texel_m=0.025)
@@ -105,7 +96,7 @@ def _house(rng: Rng, T_world_front: Pose, width_m: float) -> Iterator[Surface]:
         yield from box(T_world_front @ flat((x, -0.5, 3.0)), (2.0, 1.0, 1.0), trim)
 
 
-def _parked_cars(rng: Rng) -> Iterator[Surface]:
+def _parked_cars(rng: Rng) -> Iterator[TexturedSurface]:
     """Cars along the kerbs; none where a drive through the middle of the roads would meet them."""
     for x in (-32, -25.5, -12, -5, 3.5, 9.5, 34, 41, 53):
         yield from _car(rng, flat((x + rng.uniform(-0.4, 0.4), -2.65, 0), rng.uniform(-2, 2)))
@@ -117,7 +108,7 @@ def _parked_cars(rng: Rng) -> Iterator[Surface]:
         yield from _car(rng, flat((CROSSING_X_M - 2.65, y + rng.uniform(-0.4, 0.4), 0), 270))
 
 
-def _car(rng: Rng, T_world_car: Pose) -> Iterator[Surface]:
+def _car(rng: Rng, T_world_car: Pose) -> Iterator[TexturedSurface]:
     """A car of 4.2 x 1.7 m: body, cabin, wheels."""
     paint = partial(bodywork, rng, colour=vivid(rng, saturation=float(rng.uniform(0, 0.7)), value=0.6))
     glass = partial(mottled, rng, colour=(70, 62, 55), contrast=22, coarsest_m=0.6, texel_m=0.015)
@@ -129,7 +120,7 @@ def _car(rng: Rng, T_world_car: Pose) -> Iterator[Surface]:
             yield Cylinder(T_world_car @ upright((x, y, 0.31), facing_deg), 0.31, 0.2, rubber)
 
 
-def _trees(rng: Rng) -> Iterator[Surface]:
+def _trees(rng: Rng) -> Iterator[TexturedSurface]:
     """Trees on the pavements: a trunk and a crown of four balls of leaves."""
     places = [(x, y) for x in (-38, -22, -8, 6.5, 38, 50) for y in (-5.1, 5.1)]
     places += [(CROSSING_X_M + side, y) for y in (12, 26, 38, 50) for side in (-5.0, 5.0)]
@@ -141,13 +132,11 @@ def _trees(rng: Rng) -> Iterator[Surface]:
             crown_m = float(rng.uniform(0.6, 1.1))
             offset = rng.uniform((-0.7, -0.7, 0.2), (0.7, 0.7, 1.6))
             side_m = 2 * np.pi * crown_m
-            leaves = mottled(
-                rng, (side_m, side_m), colour=(55, 115, 85), contrast=32, coarsest_m=0.4, texel_m=0.03
-            )
+            leaves = mottled(rng, (side_m, side_m), colour=(55, 115, 85), contrast=32, coarsest_m=0.4, texel_m=0.03)
             yield Sphere((x + offset[0], y + offset[1], height_m + offset[2]), crown_m, leaves)
 
 
-def _poles(rng: Rng) -> Iterator[Surface]:
+def _poles(rng: Rng) -> Iterator[TexturedSurface]:
     """Lamp posts, and signs on posts: as thin as what a LiDAR finds hardest."""
     steel = mottled(rng, (0.5, 6.0), colour=(140, 145, 140), contrast=12, coarsest_m=0.4, texel_m=0.01)
     lamp = partial(mottled, rng, colour=(170, 175, 175), contrast=10, texel_m=0.02)
@@ -161,7 +150,7 @@ def _poles(rng: Rng) -> Iterator[Surface]:
         yield from box(sign, (0.7, 0.7, 0.03), partial(poster, rng, shapes=10, texel_m=0.008))
 
 
-def _yard_things(rng: Rng) -> Iterator[Surface]:
+def _yard_things(rng: Rng) -> Iterator[TexturedSurface]:
     """Hedges, bins, a kiosk with posters and an advertising column in front of the houses."""
     hedge = partial(mottled, rng, colour=(50, 95, 70), contrast=28, coarsest_m=0.4, texel_m=0.025)
     for x, y, length_m in ((-28.0, 6.6, 7), (-2, 6.4, 5), (2, -6.5, 8), (33, -6.5, 6), (40, 6.5, 9)):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import Pose, flat, upright, upside_down
 from vigg_ros.bench.worlds.texture import Texture
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import ConfigError
 
 Array = NDArray[np.float64]
 Size = tuple[float, float]
@@ -22,7 +22,7 @@ Pattern = Callable[[Size], Texture]
 """Paints a face of a given width and height, metres."""
 
 
-class Surface(Protocol):
+class TexturedSurface(Protocol):
     """Something a ray can meet. All arguments and results are in the world frame, metres."""
 
     @property
@@ -57,10 +57,7 @@ class Rectangle:
         _check_lengths(*self.size_m)
 
     def corners(self) -> Array:
-        x_m, y_m = self.size_m[0] / 2, self.size_m[1] / 2
-        return _to_world(
-            self.T_world_surface, np.array([[-x_m, -y_m, 0], [x_m, -y_m, 0], [x_m, y_m, 0], [-x_m, y_m, 0]])
-        )
+        return _to_world(self.T_world_surface, _CUBE * (self.size_m[0] / 2, self.size_m[1] / 2, 0))
 
     def ranges(self, origins: Array, directions: Array) -> Array:
         origin = _to_local(self.T_world_surface, origins)
@@ -95,12 +92,8 @@ class Sphere:
         return _CUBE * self.radius_m + self.centre
 
     def ranges(self, origins: Array, directions: Array) -> Array:
-        offset = origins - self.centre
-        squared = (directions * directions).sum(axis=-1)
-        along = (directions * offset).sum(axis=-1)
+        ranges, _ = _round_ranges(origins - self.centre, directions, self.radius_m)
         with np.errstate(invalid="ignore"):
-            root = np.sqrt(along**2 - squared * ((offset * offset).sum(axis=-1) - self.radius_m**2))
-            ranges = (-along - root) / squared
             return np.where(ranges > 0, ranges, np.inf)
 
     def normals(self, points: Array) -> Array:
@@ -136,7 +129,7 @@ class Cylinder:
         """The cylinder is where the infinite tube meets the slab between its lids."""
         origin = _to_local(self.T_world_surface, origins)
         direction = directions @ self.T_world_surface[:3, :3]
-        side_in, side_out = _tube_ranges(origin[..., :2], direction[..., :2], self.radius_m)
+        side_in, side_out = _round_ranges(origin[..., :2], direction[..., :2], self.radius_m)
         lid_in, lid_out = _slab_ranges(origin[..., 2], direction[..., 2], self.height_m / 2)
         enter, leave = np.maximum(side_in, lid_in), np.minimum(side_out, lid_out)
         return np.where((enter <= leave) & (enter > 0), enter, np.inf)
@@ -184,7 +177,8 @@ def _to_world(T_world_surface: Pose, points: Array) -> Array:
     return points @ T_world_surface[:3, :3].T + T_world_surface[:3, 3]
 
 
-def _tube_ranges(origin: Array, direction: Array, radius_m: float) -> tuple[Array, Array]:
+def _round_ranges(origin: Array, direction: Array, radius_m: float) -> tuple[Array, Array]:
+    """Where rays enter and leave a ball (..., 3) or a circle (..., 2) around the origin; NaN where they miss."""
     squared = (direction * direction).sum(axis=-1)
     along = (direction * origin).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):

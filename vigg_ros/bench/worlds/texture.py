@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.errors import ConfigError
+from vigg_ros.registration import ConfigError
 
 _REMAP_COLUMNS = 1024
 """cv2.remap takes no map longer than 32,766 in either direction, so points are folded into rows."""
@@ -39,9 +39,7 @@ class Texture:
             levels.append(np.asarray(cv2.pyrDown(levels[-1]), dtype=np.uint8))
         return cls(tuple(levels), float(texel_m))
 
-    def sample(
-        self, coordinates: NDArray[np.float64], footprint_m: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def sample(self, coordinates: NDArray[np.float64], footprint_m: NDArray[np.float64]) -> NDArray[np.float32]:
         """Colours (N, 3) BGR in 0..255 at surface coordinates (N, 2), metres.
 
         footprint_m (N,) is the width on the surface of what one ray stands for: linear between the
@@ -62,9 +60,7 @@ class Texture:
         return colours
 
 
-def _lookup(
-    image: NDArray[np.uint8], column: NDArray[np.float64], row: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def _lookup(image: NDArray[np.uint8], column: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float32]:
     count = len(column)
     folded = np.zeros((2, -(-count // _REMAP_COLUMNS) * _REMAP_COLUMNS), dtype=np.float32)
     folded[0, :count], folded[1, :count] = column, row
