@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from vigg_ros.bench.datasets.number_files import nearest_rigid
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import (
     is_rigid,
-    nearest_rigid,
     quaternions_from_rotations,
     rigid_from_quaternion,
     rotation_from_quaternion,

@@ -62,17 +62,11 @@ def encode_camera_info(camera: Camera, *, stamp_ns: int, frame_id: str, rectifie
     )
 
 
-def encode_points(
-    points: NDArray[np.floating], *, stamp_ns: int, frame_id: str, colours: NDArray[np.uint8] | None = None
-) -> Message:
-    """sensor_msgs/PointCloud2 of points (N, 3) as float32 x, y, z, and of colours (N, 3) BGR as PCL's rgb."""
-    names = ("x", "y", "z") if colours is None else ("x", "y", "z", "rgb")
-    table = np.zeros((len(points), len(names)), dtype="<f4")
-    table[:, :3] = points
+def encode_points(points: NDArray[np.floating], *, stamp_ns: int, frame_id: str) -> Message:
+    """sensor_msgs/PointCloud2 of points (N, 3) as float32 x, y, z."""
+    table = np.ascontiguousarray(points, dtype="<f4")
     if not np.isfinite(table).all():
         raise ValueError("found points that are not finite, expected metres")
-    if colours is not None:
-        table.view("u1").reshape(len(points), 16)[:, 12:15] = colours
     return stamped(
         "sensor_msgs/msg/PointCloud2",
         stamp_ns,
@@ -81,10 +75,10 @@ def encode_points(
         width=len(points),
         fields=tuple(
             Message.of("sensor_msgs/msg/PointField", name=name, offset=4 * place, datatype=_FLOAT32, count=1)
-            for place, name in enumerate(names)
+            for place, name in enumerate("xyz")
         ),
         is_bigendian=False,
-        point_step=4 * len(names),
+        point_step=12,
         row_step=table.nbytes,
         data=_little_endian_bytes(table),
         is_dense=True,

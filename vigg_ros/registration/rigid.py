@@ -83,17 +83,6 @@ def is_rigid(T: NDArray[np.float64]) -> bool:
     return is_rotation(T[:3, :3]) and np.allclose(T[3], (0, 0, 0, 1))
 
 
-def nearest_rigid(T: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The rigid transform (4, 4) that a rounded one stands for; None if it is none."""
-    if not is_rigid(T):
-        return None
-    U, _, Vt = np.linalg.svd(T[:3, :3])
-    nearest = np.eye(4)
-    nearest[:3, :3] = U @ Vt
-    nearest[:3, 3] = T[:3, 3]
-    return nearest
-
-
 def transform(T_target_source: NDArray[np.float64], points: NDArray[np.floating]) -> NDArray[np.float64]:
     """Points (N, 3) of the source frame in the target frame."""
     return points @ T_target_source[:3, :3].T + T_target_source[:3, 3]
