@@ -11,9 +11,8 @@ from typing import Generic, TypeVar
 from vigg_ros.messages.fields import Message
 from vigg_ros.messages.pose_messages import encode_odometry, encode_pose, encode_pose_with_covariance
 from vigg_ros.registration.result import Registration
-from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.chain import KeyframePose, UncertainPose, twist_between
 from vigg_ros.tracking.sensor_mount import BaseResult
-from vigg_ros.tracking.twist import KeyframePose, twist_between
 
 MAX_PATH_POSES = 1000
 """On a path: viewers draw no finer line, and paths of all poses would grow with the square of their length."""

@@ -9,8 +9,8 @@ import traceback
 
 from rclpy.node import Node
 
+from vigg_ros.messages.diagnostic_messages import frame_status
 from vigg_ros.messages.fields import Message
-from vigg_ros.messages.frame_status import frame_status
 from vigg_ros.node.diagnostics import input_status, registration_status, waiting_status
 from vigg_ros.node.input_monitor import offset_s
 from vigg_ros.node.parameters import NodeParameters

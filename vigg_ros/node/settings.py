@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from vigg_ros.registration.config import PRESETS, Config, renamed
@@ -220,3 +221,24 @@ def _check_together(options: NodeOptions) -> None:
         raise ConfigError("save_at_exit is on, but output_dir is empty; name the folder to save into")
     if options.output_dir and not Path(options.output_dir).expanduser().is_dir():
         raise ConfigError(f"output_dir is {options.output_dir!r}, which is no folder; create it first")
+
+
+def parameters_table() -> str:
+    """All parameters with their defaults (preset rgbd), ranges, and when to touch them: the table of docs/node.md."""
+    rows = ["| parameter | default | range | when to touch it |", "|---|---|---|---|"]
+    for one in Settings().parameters():
+        name = f"`{one.name}`" + (" (dynamic)" if one.is_dynamic else "")
+        rows.append(f"| {name} | {_yaml(one.default)} | {_range(one)} | {one.doc} |")
+    return "\n".join(rows) + "\n"
+
+
+def _range(one: Parameter) -> str:
+    if one.choices:
+        return ", ".join(one.choices)
+    if one.low is None:
+        return "on or off" if isinstance(one.default, bool) else "text"
+    return f"{one.low:g} to {one.high:g} {one.unit}".rstrip()
+
+
+def _yaml(value: object) -> str:
+    return "(empty)" if value == "" else str(yaml.safe_dump(value)).removesuffix("...\n").strip()

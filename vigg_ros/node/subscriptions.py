@@ -60,7 +60,6 @@ class InputTopic:
             type=self._chosen[0],
             wants_reliable=self._chosen[1],
             offers=self.offers,
-            received=self.monitor.received,
             age_s=self.monitor.age_s(now_s),
             last_refusal=self.monitor.last_refusal,
             good=self.monitor.received - sum(self.monitor.refused.values()),

@@ -51,7 +51,6 @@ class InputFacts:
     """The type that is subscribed, such as sensor_msgs/msg/Image."""
     wants_reliable: bool
     offers: tuple[Offer, ...]
-    received: int
     age_s: float | None
     """Since the last message; None before the first."""
     last_refusal: str

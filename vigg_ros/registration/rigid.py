@@ -38,10 +38,8 @@ def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> NDArray[
     norm = math.hypot(x, y, z, w)
     if not math.isfinite(norm) or norm < 1e-6:
         raise DataError(
-            "BAD_QUATERNION",
-            found=f"quaternion ({x}, {y}, {z}, {w})",
-            expected="a finite one of length 1",
-            remedy="check the publisher of this pose; no rotation is (0, 0, 0, 1)",
+            "BAD_QUATERNION", found=f"quaternion ({x}, {y}, {z}, {w})",
+            expected="a finite one of length 1", remedy="check the publisher of this pose; no rotation is (0, 0, 0, 1)",
         )
     x, y, z, w = x / norm, y / norm, z / norm, w / norm
     return np.array(
@@ -57,10 +55,8 @@ def rigid_from_quaternion(position_m: Sequence[float], quaternion: Sequence[floa
     """T (4, 4) of a position (3,) and a quaternion (4,) of any length. Raises DataError where they are none."""
     if not all(map(math.isfinite, position_m)):
         raise DataError(
-            "BAD_POSITION",
-            found=f"position {tuple(position_m)}",
-            expected="finite metres",
-            remedy="check the publisher of this pose",
+            "BAD_POSITION", found=f"position {tuple(position_m)}",
+            expected="finite metres", remedy="check the publisher of this pose",
         )
     T = np.eye(4)
     T[:3, :3] = rotation_from_quaternion(*quaternion)

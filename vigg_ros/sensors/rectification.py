@@ -81,8 +81,7 @@ class Rectifier:
     def _check_size(self, shape: tuple[int, ...]) -> None:
         if shape[:2] != (self.raw.height_px, self.raw.width_px):
             raise DataError(
-                "IMAGE_SIZE",
-                found=f"an image of shape {shape}",
+                "IMAGE_SIZE", found=f"an image of shape {shape}",
                 expected=f"({self.raw.height_px}, {self.raw.width_px}), as the camera says",
                 remedy="use the CameraInfo that belongs to this image",
             )
@@ -104,8 +103,7 @@ def _check_rotation(rotation: tuple[float, ...]) -> None:
     R = np.asarray(rotation, dtype=np.float64)
     if R.shape != (9,) or not is_rotation(R.reshape(3, 3)):
         raise DataError(
-            "BAD_RECTIFICATION",
-            found=f"rectification matrix R = {rotation}",
+            "BAD_RECTIFICATION", found=f"rectification matrix R = {rotation}",
             expected="a rotation, or all zeros",
             remedy="calibrate the camera again; a monocular camera has the identity",
         )

@@ -33,8 +33,7 @@ def decode_rvl(payload: NDArray[np.uint8], *, width_px: int, height_px: int) -> 
     image = np.zeros(height_px * width_px, dtype=np.uint16)
     if not fill_from_rvl(payload, image):
         raise DataError(
-            "RVL_OVERRUN",
-            found=f"an RVL stream of {payload.size} bytes that ends early or runs over",
+            "RVL_OVERRUN", found=f"an RVL stream of {payload.size} bytes that ends early or runs over",
             expected=f"exactly the {width_px}x{height_px} pixels it announces",
             remedy="check the publisher and the link; the depth image is corrupted",
         )

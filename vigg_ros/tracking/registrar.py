@@ -17,8 +17,8 @@ from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.stages import OutOfTime, record_stages, time_limit
 from vigg_ros.registration.vigg import extract, register
-from vigg_ros.tracking.chain import UncertainPose
-from vigg_ros.tracking.deskew import MAX_INTERVAL_S, deskew, mean_skew_m, velocity
+from vigg_ros.tracking.chain import MAX_INTERVAL_S, UncertainPose
+from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
 from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
 
