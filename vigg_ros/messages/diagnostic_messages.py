@@ -24,11 +24,7 @@ def encode_diagnostic_status(
     pairs = (Message.of("diagnostic_msgs/msg/KeyValue", key=key, value=str(value)) for key, value in values.items())
     return Message.of(
         "diagnostic_msgs/msg/DiagnosticStatus",
-        level=bytes((level,)),
-        name=name,
-        message=message,
-        hardware_id=hardware_id,
-        values=tuple(pairs),
+        level=bytes((level,)), name=name, message=message, hardware_id=hardware_id, values=tuple(pairs),
     )
 
 

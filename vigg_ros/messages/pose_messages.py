@@ -42,9 +42,7 @@ def encode_odometry(
 ) -> Message:
     """nav_msgs/Odometry; twist (6,) is linear (m/s) and angular (rad/s) velocity in the child frame."""
     return stamped(
-        "nav_msgs/msg/Odometry",
-        stamp_ns,
-        frame_id,
+        "nav_msgs/msg/Odometry", stamp_ns, frame_id,
         child_frame_id=child_frame_id,
         pose=_with_covariance("Pose", _pose(T_frame_child), covariance),
         twist=_with_covariance("Twist", _twist(_checked(twist, (6,))), twist_covariance),

@@ -38,8 +38,7 @@ class PoseMessages:
             yield "relative_pose", encode_pose_with_covariance(
                 result.outcome.T_target_source,
                 result.outcome.covariance,
-                stamp_ns=result.stamp_ns,
-                frame_id=f"keyframe_{result.keyframe_id}",
+                stamp_ns=result.stamp_ns, frame_id=f"keyframe_{result.keyframe_id}",
             )
         odometry = self._odometry(base, pose)
         if odometry is not None:
@@ -60,13 +59,8 @@ class PoseMessages:
         if twist is None:
             return None
         return encode_odometry(
-            pose.T_parent_child,
-            pose.covariance,
-            twist.velocity,
-            twist.covariance,
-            stamp_ns=base.result.stamp_ns,
-            frame_id=self._odom_frame,
-            child_frame_id=self.child_frame(base),
+            pose.T_parent_child, pose.covariance, twist.velocity, twist.covariance,
+            stamp_ns=base.result.stamp_ns, frame_id=self._odom_frame, child_frame_id=self.child_frame(base),
         )
 
 

@@ -43,7 +43,10 @@ class InputTopic:
     def follow(self) -> bool:
         """Look at the graph and subscribe as its publishers ask; True if the number of publishers changed."""
         before = len(self.offers)
-        self.offers = _offers(self._node, self.topic)
+        self.offers = tuple(
+            Offer(one.topic_type, one.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT)
+            for one in self._node.get_publishers_info_by_topic(self.topic)
+        )
         chosen = (self._type(), self._wants_reliable())
         if chosen != self._chosen:
             if self._subscription is not None:
@@ -97,11 +100,3 @@ def has_publisher(node: Node, role: str) -> str | None:
     """The topic of a role that is not subscribed, if somebody publishes it."""
     topic = node.resolve_topic_name(TOPICS[role])
     return topic if node.count_publishers(topic) else None
-
-
-def _offers(node: Node, topic: str) -> tuple[Offer, ...]:
-    """The publishers of a topic, as the graph describes them now."""
-    found = node.get_publishers_info_by_topic(topic)
-    return tuple(
-        Offer(one.topic_type, one.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT) for one in found
-    )

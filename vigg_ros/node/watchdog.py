@@ -95,11 +95,8 @@ def _of_input(one: InputFacts, facts: Facts) -> Finding | None:
         return _wrong_type(one)
     if one.wants_reliable and not any(offer.reliable for offer in fitting):
         return Finding(
-            "QOS_INCOMPATIBLE",
-            one.topic,
-            "publishers that offer best effort",
-            "reliable, as the parameter qos asks",
-            "set qos to auto or sensor_data",
+            "QOS_INCOMPATIBLE", one.topic, "publishers that offer best effort",
+            "reliable, as the parameter qos asks", "set qos to auto or sensor_data",
         )
     if one.age_s is None or (one.role != "camera_info" and one.age_s >= SILENCE_S):
         return _nothing_arrives(one)
@@ -135,11 +132,8 @@ def _nothing_arrives(one: InputFacts) -> Finding:
         remedy = f"check that it publishes; if so, {PROFILE_REMEDY}"
         return Finding(code, one.topic, f"{publishers}, but no message", "messages", remedy)
     return Finding(
-        "INPUT_STOPPED",
-        one.topic,
-        f"no message for {one.age_s:.1f} s",
-        "messages",
-        "check the driver, or the end of the recording",
+        "INPUT_STOPPED", one.topic, f"no message for {one.age_s:.1f} s",
+        "messages", "check the driver, or the end of the recording",
     )
 
 
@@ -149,9 +143,7 @@ def _of_frames(facts: Facts) -> Iterator[Finding]:
     if apart and facts.last_reason in ("", "UNPAIRED"):
         assert facts.offset_s is not None, "checked by apart"
         yield Finding(
-            "STAMPS_APART",
-            leader.topic,
-            f"stamps {_seconds(facts.offset_s)} from those of {partner.topic}",
+            "STAMPS_APART", leader.topic, f"stamps {_seconds(facts.offset_s)} from those of {partner.topic}",
             f"at most sync_slop, {facts.slop_s:g} s",
             "synchronise the clocks of the drivers, or raise sync_slop if the sensors are this far apart",
         )

@@ -12,7 +12,12 @@ from functools import cached_property, partial
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import (
-    Landmarks, Surface, build_landmarks, build_patches, build_surface, rows_in_range
+    Landmarks,
+    Surface,
+    build_landmarks,
+    build_patches,
+    build_surface,
+    rows_in_range,
 )
 from vigg_ros.registration.geometry import View
 from vigg_ros.registration.local_match import LocalMatcher, max_zone_radius_m
