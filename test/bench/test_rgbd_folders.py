@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.datasets.convert import open_dataset
-from vigg_ros.bench.datasets.dataset import mutual_nearest, nearest
+from vigg_ros.bench.datasets.dataset import nearest
 from vigg_ros.registration import BagError, Camera
 from vigg_ros_testing.dataset_samples import (
     CAMERA,
@@ -120,11 +120,6 @@ def test_a_broken_image_is_named_when_it_is_asked_for_and_not_before(tmp_path: P
 )
 def test_the_nearest_within_the_slop_is_taken(stamps, others, expected) -> None:
     assert nearest(stamps, others, 5) == expected
-
-
-def test_two_never_share_a_partner() -> None:
-    assert mutual_nearest([10, 12], [11, 30], 5) == [(0, 0)]
-    assert mutual_nearest([10, 13], [12], 5) == [(1, 0)]
 
 
 def test_tum_keeps_every_stamp_and_associates_within_20_ms(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def add_comparison_arguments(parser: ArgumentParser, *, presets: bool = True) ->
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class MethodComparison:
     """Methods on pairs that are judged by the same limits, and what their tables are called."""
 
     name: str
@@ -59,7 +59,7 @@ def method_names(arguments: Namespace, *, outdoor: bool) -> list[str]:
     return [method.name for method in methods]
 
 
-def run_comparisons(comparisons: Sequence[Comparison], arguments: Namespace) -> ExitCode:
+def run_comparisons(comparisons: Sequence[MethodComparison], arguments: Namespace) -> ExitCode:
     """Run them with progress and time left, print and write their tables.
 
     What is in the output folder already is not run again.

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vigg_ros.bench.commands.bag_frames import posed_frames_of_bag
-from vigg_ros.bench.commands.comparison import Comparison, add_comparison_arguments, method_names, run_comparisons
+from vigg_ros.bench.commands.comparison import MethodComparison, add_comparison_arguments, method_names, run_comparisons
 from vigg_ros.bench.datasets.convert import LAYOUTS, open_dataset
 from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
 from vigg_ros.bench.pairs import PAIR_PROTOCOLS, FramePair, PairProtocol, PosedFrame, choose, pairs_listed, posed_frames
@@ -53,7 +53,7 @@ def run(arguments: Namespace) -> ExitCode:
     methods = method_names(arguments, outdoor=outdoor)
     subject, refine = str(Path(arguments.folder).resolve()), protocol.refine_truth
     plan = EvaluationPlan(subject, pairs, methods, config, within_view=arguments.within_view, refine_truth=refine)
-    return run_comparisons([Comparison("pairs", plan, OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS)], arguments)
+    return run_comparisons([MethodComparison("pairs", plan, OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS)], arguments)
 
 
 def _protocol(arguments: Namespace) -> PairProtocol:

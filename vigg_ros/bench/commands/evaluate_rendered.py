@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from vigg_ros.bench.commands.comparison import Comparison, add_comparison_arguments, method_names, run_comparisons
+from vigg_ros.bench.commands.comparison import MethodComparison, add_comparison_arguments, method_names, run_comparisons
 from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
 from vigg_ros.bench.pairs import FramePair
 from vigg_ros.bench.rendered_pairs import OVERLAPS, STREET, rendered_pair
@@ -39,7 +39,7 @@ def run(arguments: Namespace) -> ExitCode:
     pairs = draw(arguments.pairs, arguments.seed)
     subject = f"rendered {arguments.seed}"
     comparisons = [
-        Comparison(name, EvaluationPlan(subject, pairs[name], methods[name], config), limits, OVERLAPS)
+        MethodComparison(name, EvaluationPlan(subject, pairs[name], methods[name], config), limits, OVERLAPS)
         for name, config, limits in groups
         if pairs[name]
     ]

@@ -102,10 +102,10 @@ def rectified_camera(size_px: tuple[int, int], P: NDArray[np.float64]) -> Camera
 
 
 def rigid_or_refuse(matrix: NDArray[np.float64], what: str) -> NDArray[np.float64]:
-    """The transform (4, 4) that a rounded matrix (4, 4) means. Raises BagError when it is none."""
+    """The rigid transform (4, 4) that a rounded matrix (4, 4) means. Raises BagError when it is none."""
     T = nearest_rigid(matrix)
     if T is None:
-        raise BagError(f"{what} is no transform")
+        raise BagError(f"{what} is no rigid transform")
     return T
 
 
