@@ -19,7 +19,7 @@ import refusal_table
 import rooms_table
 from results_page import with_block
 
-from vigg_ros.node.parameter_table import markdown_table as parameters_table
+from vigg_ros.node.settings import parameters_table
 
 ROOT = Path(__file__).parents[1]
 PAGES: dict[str, dict[str, Callable[[], str]]] = {

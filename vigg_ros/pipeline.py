@@ -61,7 +61,7 @@ class Pipeline:
         self._registrar = Registrar(config)
         self._restarts = 0
         self.refused: Counter[str] = Counter()
-        """Refused messages of any role, by code."""
+        """Refused messages of any role, by code; exact where one thread does everything."""
         self.notes: dict[tuple[Role, str], Note] = {}
         """The first note of each role and code."""
 

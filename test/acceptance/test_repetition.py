@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -77,8 +79,5 @@ def test_a_furnished_room_does_not_repeat(studio: Studio) -> None:
 
 def test_too_few_keypoints_show_no_period(studio: Studio) -> None:
     features = studio.features(looking(), 1)
-    few = Features(
-        features.keypoints.select(np.arange(5)), features.surface, features.patches, features.view, features.frame,
-        features.lazy_keypoints, features.lazy_landmarks, features.lazy_matcher, features.lazy_aligner,
-    )  # fmt: skip
+    few = replace(features, keypoints=features.keypoints.select(np.arange(5)))
     assert repeated_motion(Pair(features, few, no_matches(), no_matches(), CONFIG), np.eye(4)) is None

@@ -11,14 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vigg_ros.bags.trajectories import (
-    parse_stamp_ns,
-    read_matrix_pose,
-    read_numbers,
-    read_tum_poses,
-    rows,
-    stamp_of_number,
-)
+from vigg_ros.bags.trajectories import parse_stamp_ns, read_tum_poses, rows
+from vigg_ros.bench.datasets.number_files import read_matrix_pose, read_numbers, stamp_of_number
 from vigg_ros.registration.errors import BagError
 from vigg_ros_testing.dataset_samples import QUARTER_TURN, pose_at
 

@@ -124,19 +124,11 @@ def test_depth_survives(received, dtype, unit_m):
 
 
 @LIBRARIES
-@pytest.mark.parametrize("coloured", [False, True])
-def test_points_survive(received, coloured):
+def test_points_survive(received):
     points = np.random.default_rng(3).normal(size=(50, 3)).astype(np.float32)
-    colours = np.arange(150, dtype=np.uint8).reshape(50, 3) if coloured else None
-    msg = received(encode_points(points, **ODOM, colours=colours))
-    decoded = decode_points(msg)
+    decoded = decode_points(received(encode_points(points, **ODOM)))
     np.testing.assert_array_equal(decoded.points, points)
     assert (decoded.stamp_ns, decoded.frame_id, decoded.notes) == (NS, "odom", ())
-    if colours is not None:
-        # PCL's rgb: one float whose bytes are, from the lowest, blue, green and red.
-        packed = np.frombuffer(bytes(msg.data), "u1").reshape(50, 16)
-        assert msg.fields[3].name == "rgb"
-        np.testing.assert_array_equal(packed[:, 12:15], colours)
 
 
 @LIBRARIES

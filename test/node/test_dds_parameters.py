@@ -118,7 +118,7 @@ def test_parameters_are_described_with_their_ranges(running: NodeProcess, peer: 
 @pytest.mark.hostile("Parameters: inconsistent set refused as a whole")
 def test_a_bad_start_is_one_line_and_exit_code_2(start: Start) -> None:
     cases = {
-        "tf_timeout is nan, expected 0 to 10 s": parameters(tf_timeout=".nan"),
+        "tf_timeout is nan, expected 0.0 to 10.0 s": parameters(tf_timeout=".nan"),
         "visual.top_k is 100000, expected 3 to 2000": parameters(visual__top_k=100000),
         "did you mean sync_slop?": parameters(sync_slopp=0.02),
         "the first must be below the second": parameters(geometric__min_range_m=5.0, geometric__max_range_m=2.0),

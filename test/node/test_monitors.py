@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.node.input_monitor import InputMonitor, StampGaps, offset_s
-from vigg_ros.node.rates import Latencies, Rate, RateLimit
-from vigg_ros.node.throttle import Throttle
+from vigg_ros.node.rates import Latencies, Rate, RateLimit, Throttle
 
 PERIOD_NS = 33_333_333
 

@@ -14,9 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.chain import KeyframePose, UncertainPose, se3_log, twist_between
 from vigg_ros.tracking.sensor_mount import MAX_MOUNTS, MountFinder, SensorMount, waiting_lookup
-from vigg_ros.tracking.twist import KeyframePose, se3_log, twist_between
 
 small = st.floats(-1.5, 1.5)
 vectors = st.tuples(small, small, small).map(np.array)

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import yaml
 
-from vigg_ros.node.parameter_table import markdown_table
-from vigg_ros.node.settings import SHORT_NAMES, NodeOptions, Settings, parse_extrinsics, unmatched_nodes
+from vigg_ros.node.parameter_files import unmatched_nodes
+from vigg_ros.node.settings import SHORT_NAMES, NodeOptions, Settings, parameters_table, parse_extrinsics
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import ConfigError
 
@@ -115,7 +115,7 @@ def test_a_file_for_other_nodes_is_recognised(content: str, node: str, others: l
 
 
 def test_every_parameter_stands_in_the_table_with_when_to_touch_it() -> None:
-    table = markdown_table()
+    table = parameters_table()
     for parameter in Settings().parameters():
         assert f"| `{parameter.name}`" in table
         assert parameter.doc

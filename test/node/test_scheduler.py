@@ -223,6 +223,16 @@ def test_an_answer_that_cannot_be_published_costs_one_frame(harness: Harness, vi
     assert [str(failure) for failure in harness.failures] == ["cannot be published"] * 2
 
 
+def test_a_refusal_that_cannot_be_published_is_reported_and_the_next_frame_comes(harness: Harness, views) -> None:
+    harness.send(views[0], 5)
+    harness.wait(1)
+    harness.unpublishable = 1
+    harness.send(views[1], 4)  # late
+    harness.send(views[1], 6)
+    assert harness.wait(2) == ["STARTED", "TRACKING"]
+    assert [str(failure) for failure in harness.failures] == ["cannot be published"]
+
+
 def test_what_is_returned_is_why_this_message_could_not_be_used(harness: Harness, views) -> None:
     image, depth_m = views[0]
     stamp_ns = harness.send(views[0], 5)

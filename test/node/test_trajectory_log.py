@@ -41,7 +41,7 @@ def test_stamps_keep_all_their_digits(tmp_path: Path) -> None:
 def test_a_new_session_begins_a_new_trail() -> None:
     one = with_poses(5)
     one.add(5, 3, moved(0))
-    assert (len(one), one.session) == (1, 3)
+    assert (len(one), next(one.lines())) == (1, "# session 3")
 
 
 def test_memory_is_bounded_and_what_was_forgotten_is_said() -> None:

@@ -13,9 +13,9 @@ from vigg_ros.node.watchdog import Facts, InputFacts, Offer, explain, patience_s
 IMAGE = Offer("sensor_msgs/msg/Image", reliable=True)
 INFO = Offer("sensor_msgs/msg/CameraInfo", reliable=True)
 
-COLOUR = InputFacts("image", "/cam/rgb", IMAGE.type, True, (IMAGE,), 50, 0.1, "", 50)
-DEPTH = InputFacts("depth", "/cam/depth", IMAGE.type, True, (IMAGE,), 50, 0.1, "", 50)
-CALIBRATION = InputFacts("camera_info", "/cam/info", INFO.type, True, (INFO,), 50, 0.1, "", 50)
+COLOUR = InputFacts("image", "/cam/rgb", IMAGE.type, True, (IMAGE,), 0.1, "", 50)
+DEPTH = InputFacts("depth", "/cam/depth", IMAGE.type, True, (IMAGE,), 0.1, "", 50)
+CALIBRATION = InputFacts("camera_info", "/cam/info", INFO.type, True, (INFO,), 0.1, "", 50)
 WELL = Facts((COLOUR, DEPTH, CALIBRATION), 0.02, 0.0, "", "")
 
 
@@ -37,8 +37,8 @@ def with_input(one: InputFacts, **changes: object) -> Facts:
             "set image_transport to compressed",
         ),
         (with_input(DEPTH, offers=(replace(IMAGE, reliable=False),)), "QOS_INCOMPATIBLE", "set qos to auto"),
-        (with_input(DEPTH, age_s=None, received=0, good=0), "NOTHING_ARRIVES", "fastdds_shm.xml"),
-        (with_input(CALIBRATION, age_s=None, received=0, good=0), "NO_CAMERA_INFO", "1 publisher, but no message"),
+        (with_input(DEPTH, age_s=None, good=0), "NOTHING_ARRIVES", "fastdds_shm.xml"),
+        (with_input(CALIBRATION, age_s=None, good=0), "NO_CAMERA_INFO", "1 publisher, but no message"),
         (with_input(DEPTH, age_s=7.3), "INPUT_STOPPED", "no message for 7.3 s"),
         (with_input(DEPTH, last_refusal="found x (BAD)"), "ALL_REFUSED", "found x (BAD)"),
         (replace(WELL, offset_s=0.033), "STAMPS_APART", "stamps +33.0 ms from those of /cam/depth"),

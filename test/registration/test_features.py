@@ -4,46 +4,15 @@
 
 from __future__ import annotations
 
-import threading
-import time
-from unittest.mock import Mock
-
 import numpy as np
-import pytest
 
 from vigg_ros.bench.worlds.poses import Pose, look_at
 from vigg_ros.registration import Config, Features, Reason, Registration, Rejection, extract, register
-from vigg_ros.registration.features import Lazy
 from vigg_ros.registration.stages import record_stages
 from vigg_ros_testing.registration_samples import CAMERA, Studio, answer, errors, looking, truth
 
 REDUCED = Config().replace({"visual.max_pixels": 10_000})
 """The studio's images have 19,200 pixels."""
-
-
-def test_a_late_value_is_made_once_however_many_ask() -> None:
-    calls: list[int] = []
-
-    def make() -> object:
-        time.sleep(0.01)
-        calls.append(1)
-        return object()
-
-    late, got = Lazy(make), []
-    threads = [threading.Thread(target=lambda: got.append(late())) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(calls) == 1
-    assert all(value is got[0] for value in got)
-
-
-def test_a_late_value_that_failed_is_tried_again() -> None:
-    late = Lazy(Mock(side_effect=[ValueError("not yet"), 7]))
-    with pytest.raises(ValueError, match="not yet"):
-        late()
-    assert late() == 7
 
 
 def test_an_image_that_is_small_enough_is_searched_once(studio: Studio) -> None:

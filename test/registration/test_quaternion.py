@@ -12,9 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from vigg_ros.bench.datasets.number_files import nearest_rigid
 from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.quaternion import quaternion_from_rotation, rotation_from_quaternion
-from vigg_ros.registration.rigid import is_rigid, nearest_rigid, rigid_from_quaternion
+from vigg_ros.registration.rigid import (
+    is_rigid,
+    quaternions_from_rotations,
+    rigid_from_quaternion,
+    rotation_from_quaternion,
+)
 from vigg_ros_testing.registration_samples import random_motion
 
 ANGLES = st.floats(-math.pi, math.pi)
@@ -23,7 +28,7 @@ ANGLES = st.floats(-math.pi, math.pi)
 @given(ANGLES, ANGLES, ANGLES)
 def test_quaternions_are_those_of_scipy(x: float, y: float, z: float) -> None:
     R = Rotation.from_rotvec((x, y, z)).as_matrix()
-    q = np.array(quaternion_from_rotation(R))
+    q = quaternions_from_rotations(R[None])[0]
     expected = Rotation.from_matrix(R).as_quat()
     assert min(np.abs(q - expected).max(), np.abs(q + expected).max()) < 1e-12
     assert q[3] >= 0
@@ -35,7 +40,7 @@ def test_quaternions_are_those_of_scipy(x: float, y: float, z: float) -> None:
 @pytest.mark.parametrize("short_of_half_turn", [0.0, 1e-12, 1e-9, 1e-6])
 def test_half_turns_keep_their_digits(axis: tuple[float, ...], short_of_half_turn: float) -> None:
     R = Rotation.from_rotvec(np.array(axis) * (math.pi - short_of_half_turn)).as_matrix()
-    np.testing.assert_allclose(rotation_from_quaternion(*quaternion_from_rotation(R)), R, atol=1e-15)
+    np.testing.assert_allclose(rotation_from_quaternion(*quaternions_from_rotations(R[None])[0]), R, atol=1e-15)
 
 
 @pytest.mark.parametrize(

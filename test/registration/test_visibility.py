@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vigg_ros.acceptance.agreement import Agreement, agreement
 from vigg_ros.registration import Camera
-from vigg_ros.registration.visibility import DepthView, ScanView
+from vigg_ros.registration.geometry import DepthMap, ScanView
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ def test_behind_a_depth_image() -> None:
             (0.0, 0, -2.0),  # behind the camera
         ]
     )
-    np.testing.assert_allclose(DepthView(CAMERA, depth_m).behind(points), [0.5, -0.75, np.nan, np.nan, np.nan])
+    np.testing.assert_allclose(DepthMap(CAMERA, depth_m).behind(points), [0.5, -0.75, np.nan, np.nan, np.nan])
 
 
 def directions(step_deg: float) -> Array:

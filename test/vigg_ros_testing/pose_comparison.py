@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.quaternion import quaternion_from_rotation
+from vigg_ros.registration.rigid import quaternions_from_rotations
 from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros_testing.ros_peer import stamp_of
 
 
 def vector(T_odom_frame: NDArray[np.float64]) -> NDArray[np.float64]:
     """Position and quaternion (7,)."""
-    return np.concatenate((T_odom_frame[:3, 3], quaternion_from_rotation(T_odom_frame[:3, :3])))
+    return np.concatenate((T_odom_frame[:3, 3], quaternions_from_rotations(T_odom_frame[None, :3, :3])[0]))
 
 
 def vector_of(message: Any) -> NDArray[np.float64]:

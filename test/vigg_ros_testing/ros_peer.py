@@ -20,7 +20,7 @@ from sensor_msgs.msg import Image, PointCloud2
 from std_srvs.srv import SetBool, Trigger
 
 from vigg_ros.node.ros_classes import class_of
-from vigg_ros.sensors.header import TimeMessage, stamp_ns
+from vigg_ros.sensors.header import stamp_ns
 from vigg_ros_testing.registrar_process import own_domain
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -162,5 +162,5 @@ def values_of(status: DiagnosticStatus) -> dict[str, str]:
 
 def stamp_of(message: Any) -> int:
     """The stamp of a message with a header, in nanoseconds."""
-    stamp: TimeMessage = message.header.stamp
+    stamp = message.header.stamp
     return stamp_ns(stamp)

@@ -55,7 +55,6 @@ class IndexedFile:
         bounded = _BoundedPath(path)
         self._reader = rosbag1.Reader(bounded) if path.suffix == ".bag" else rosbag2.Reader(bounded)
         self._reader.open()
-        self._is_open = True
         if not self._reader.connections and path.suffix == ".bag" and path.stat().st_size > _ROS1_EMPTY_BYTES:
             self.close()
             raise ValueError("its header says that it is empty, which it is not")
@@ -85,25 +84,21 @@ class IndexedFile:
 
     def close(self) -> None:
         """Close the reader."""
-        if self._is_open:
-            self._is_open = False
-            self._reader.close()
+        self._reader.close()
 
 
 def _channel(connection: Connection) -> Channel:
     extension = connection.ext
+    if isinstance(extension, ConnectionExtRosbag2):
+        encoding, profiles = extension.serialization_format, extension.offered_qos_profiles
+        latched = any(qos.durability is QosDurability.TRANSIENT_LOCAL for qos in profiles)
+    else:
+        encoding, latched = "ros1", bool(extension.latching)
     return Channel(
         topic=connection.topic,
         type=connection.msgtype,
-        encoding=extension.serialization_format if isinstance(extension, ConnectionExtRosbag2) else "ros1",
+        encoding=encoding,
         definition=connection.msgdef.data,
         definition_format=_DEFINITION_FORMATS.get(connection.msgdef.format, ""),
-        latched=_is_latched(connection),
+        latched=latched,
     )
-
-
-def _is_latched(connection: Connection) -> bool:
-    extension = connection.ext
-    if isinstance(extension, ConnectionExtRosbag2):
-        return any(qos.durability is QosDurability.TRANSIENT_LOCAL for qos in extension.offered_qos_profiles)
-    return bool(extension.latching)

@@ -23,9 +23,9 @@ from vigg_ros.bags.losses import Ledger
 from vigg_ros.bags.storage import Channel, RawMessage
 
 if sys.version_info >= (3, 14):
-    from compression import zstd
+    from compression import zstd as zstd
 else:
-    from backports import zstd
+    from backports import zstd as zstd
 
 MAGIC = b"\x89MCAP0\r\n"
 UNPACKED_BYTES_MAX = 2**29

@@ -160,7 +160,9 @@ class BagReader:
         """Each message of these topics that can be decoded; the others are counted as lost."""
         chosen = self._choose(topics)
         self._ledger.begin(chosen)
-        for raw in self._in_log_order(chosen) if order == "log" else self._in_stamp_order(chosen):
+        by_log = order == "log"
+        raws = self._in_log_order(chosen) if by_log else in_stamp_order(self.stamps(chosen), partial(self._raw, chosen))
+        for raw in raws:
             try:
                 decoded = decode(raw)
             except Undecodable as error:
@@ -224,6 +226,3 @@ class BagReader:
             seen[raw.channel.topic] += 1
             yield raw
         self._ledger.compare(self._promised, seen, topics)
-
-    def _in_stamp_order(self, topics: frozenset[str]) -> Iterator[RawMessage]:
-        return in_stamp_order(self.stamps(topics), partial(self._raw, topics))

@@ -53,5 +53,5 @@ class Storage(Protocol):
         ...
 
     def close(self) -> None:
-        """Release the file; harmless when repeated."""
+        """Release the file."""
         ...

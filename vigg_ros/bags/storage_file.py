@@ -6,22 +6,16 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
-import sys
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from vigg_ros.bags.indexed import IndexedFile
 from vigg_ros.bags.losses import Ledger, in_one_line
-from vigg_ros.bags.mcap import McapScan
+from vigg_ros.bags.mcap import McapScan, zstd
 from vigg_ros.bags.sqlite import SqliteRows, is_cut
 from vigg_ros.bags.storage import RawMessage, Storage
 from vigg_ros.registration.errors import BagError
-
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
 
 _REMEDIES = {
     ".mcap": "copy it again, or rescue what is left with 'mcap recover'",

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Stamps and poses in the text files of data sets."""
+"""Stamps and poses in text files: TUM trajectories, and data sets like them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import BagError, DataError
-from vigg_ros.registration.rigid import nearest_rigid, rigid_from_quaternion
-from vigg_ros.sensors.header import NS_PER_S
-
-START_NS = NS_PER_S
-"""Where data sets that count from 0 begin here: ROS takes a stamp of 0 for one that was not set."""
+from vigg_ros.registration.rigid import rigid_from_quaternion
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +39,6 @@ def parse_stamp_ns(text: str) -> int:
     return int(seconds.scaleb(9).to_integral_value())
 
 
-def stamp_of_number(number: int, rate_hz: float) -> int:
-    """Stamp in ns of a frame by its number, so that missing frames leave their gap."""
-    return START_NS + round(number * NS_PER_S / rate_hz)
-
-
 def rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Line number and words of each line that is not empty or a comment; commas count as spaces.
 
@@ -63,17 +54,6 @@ def rows(path: Path) -> Iterator[tuple[int, list[str]]]:
             yield number, words
 
 
-def read_numbers(path: Path) -> NDArray[np.float64]:
-    """All numbers (N,) of a text file in their order. Raises BagError when a word is none."""
-    return np.array([_number(word, path, line) for line, words in rows(path) for word in words])
-
-
-def read_matrix_pose(path: Path) -> NDArray[np.float64] | None:
-    """The pose (4, 4) in a file of 16 numbers; None if it is marked as unknown (NaN, Inf) or no pose."""
-    numbers = read_numbers(path)
-    return nearest_rigid(numbers.reshape(4, 4)) if numbers.size == 16 else None
-
-
 def read_tum_poses(path: Path) -> list[tuple[str, NDArray[np.float64] | None]]:
     """Rows ``stamp tx ty tz qx qy qz qw`` as (stamp as written, pose (4, 4) or None if it is no pose).
 
@@ -83,7 +63,7 @@ def read_tum_poses(path: Path) -> list[tuple[str, NDArray[np.float64] | None]]:
     for line, words in rows(path):
         if len(words) != 8:
             raise BagError(f"{path}, line {line}: {len(words)} columns; expected stamp tx ty tz qx qy qz qw")
-        values = [_number(word, path, line) for word in words[1:]]
+        values = [number_in(path, line, word) for word in words[1:]]
         found.append((words[0], _pose_of_quaternion(values)))
     return found
 
@@ -109,7 +89,8 @@ def _pose_of_quaternion(values: list[float]) -> NDArray[np.float64] | None:
         return None
 
 
-def _number(word: str, path: Path, line: int) -> float:
+def number_in(path: Path, line: int, word: str) -> float:
+    """A word of a line as a number. Raises BagError when it is none."""
     try:
         return float(word)
     except ValueError as error:

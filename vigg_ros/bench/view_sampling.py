@@ -15,8 +15,8 @@ from vigg_ros.bench.worlds import LidarModel, Scene, render_depth, render_lidar
 from vigg_ros.bench.worlds.canvas import Rng
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at
 from vigg_ros.registration import Camera
+from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.rigid import inverse, transform
-from vigg_ros.registration.visibility import DepthView
 
 COARSE_CAMERA = Camera(width_px=64, height_px=48, fx_px=52.5, fy_px=52.5, cx_px=31.5, cy_px=23.5)
 """A coarse view, to measure overlaps with."""
@@ -116,7 +116,7 @@ def _seen_share(
     row, column = np.nonzero(other_m)
     pixels = np.column_stack((column, row)).astype(np.float64)
     points = COARSE_CAMERA.lift(pixels, other_m[row, column].astype(np.float64))
-    behind_m = DepthView(COARSE_CAMERA, viewer_m.astype(np.float32)).behind(transform(T_viewer_other, points))
+    behind_m = DepthMap(COARSE_CAMERA, viewer_m.astype(np.float32)).behind(transform(T_viewer_other, points))
     # Coarse pixels see slanting surfaces at depths that differ by some percent.
     with np.errstate(invalid="ignore"):
         return float(np.mean(np.abs(behind_m) < 0.03 + 0.03 * other_m[row, column]))

@@ -18,8 +18,7 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.cli.bag_input import find_extrinsics
 from vigg_ros.cli.console import UsageError
-from vigg_ros.registration.quaternion import quaternion_from_rotation
-from vigg_ros.registration.rigid import inverse
+from vigg_ros.registration.rigid import inverse, quaternions_from_rotations
 from vigg_ros.report.samples import find_preset
 
 _PEEKED_MESSAGES = 10
@@ -113,5 +112,5 @@ def _frame_of(reader: BagReader, topic: str) -> str:
 
 def _seven_numbers(T_points_camera: NDArray[np.float64]) -> str:
     """[x, y, z, qx, qy, qz, qw], all with a point: ROS would take "0" for an integer, and refuse a mixed list."""
-    numbers = [*T_points_camera[:3, 3], *quaternion_from_rotation(T_points_camera[:3, :3])]
+    numbers = [*T_points_camera[:3, 3], *quaternions_from_rotations(T_points_camera[None, :3, :3])[0]]
     return f"[{', '.join(f'{number:.9f}' for number in numbers)}]"

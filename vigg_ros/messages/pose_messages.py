@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.messages.fields import Message, stamped
-from vigg_ros.registration.quaternion import quaternion_from_rotation
-from vigg_ros.registration.rigid import is_rigid
+from vigg_ros.registration.rigid import is_rigid, quaternions_from_rotations
 
 
 def encode_pose(T_frame_child: NDArray[np.floating], *, stamp_ns: int, frame_id: str) -> Message:
@@ -43,9 +42,7 @@ def encode_odometry(
 ) -> Message:
     """nav_msgs/Odometry; twist (6,) is linear (m/s) and angular (rad/s) velocity in the child frame."""
     return stamped(
-        "nav_msgs/msg/Odometry",
-        stamp_ns,
-        frame_id,
+        "nav_msgs/msg/Odometry", stamp_ns, frame_id,
         child_frame_id=child_frame_id,
         pose=_with_covariance("Pose", _pose(T_frame_child), covariance),
         twist=_with_covariance("Twist", _twist(_checked(twist, (6,))), twist_covariance),
@@ -83,7 +80,7 @@ def _rigid(kind: str, T_frame_child: NDArray[np.floating]) -> tuple[Message, Mes
     T = _checked(T_frame_child, (4, 4))
     if not is_rigid(T):
         raise ValueError(f"found {T.tolist()}, expected a rigid transform")
-    x, y, z, w = quaternion_from_rotation(T[:3, :3])
+    ((x, y, z, w),) = quaternions_from_rotations(T[None, :3, :3]).tolist()
     return _vector(kind, T[:3, 3]), Message.of("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
 

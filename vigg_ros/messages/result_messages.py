@@ -11,9 +11,8 @@ from typing import Generic, TypeVar
 from vigg_ros.messages.fields import Message
 from vigg_ros.messages.pose_messages import encode_odometry, encode_pose, encode_pose_with_covariance
 from vigg_ros.registration.result import Registration
-from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.chain import KeyframePose, UncertainPose, twist_between
 from vigg_ros.tracking.sensor_mount import BaseResult
-from vigg_ros.tracking.twist import KeyframePose, twist_between
 
 MAX_PATH_POSES = 1000
 """On a path: viewers draw no finer line, and paths of all poses would grow with the square of their length."""
@@ -39,8 +38,7 @@ class PoseMessages:
             yield "relative_pose", encode_pose_with_covariance(
                 result.outcome.T_target_source,
                 result.outcome.covariance,
-                stamp_ns=result.stamp_ns,
-                frame_id=f"keyframe_{result.keyframe_id}",
+                stamp_ns=result.stamp_ns, frame_id=f"keyframe_{result.keyframe_id}",
             )
         odometry = self._odometry(base, pose)
         if odometry is not None:
@@ -61,13 +59,8 @@ class PoseMessages:
         if twist is None:
             return None
         return encode_odometry(
-            pose.T_parent_child,
-            pose.covariance,
-            twist.velocity,
-            twist.covariance,
-            stamp_ns=base.result.stamp_ns,
-            frame_id=self._odom_frame,
-            child_frame_id=self.child_frame(base),
+            pose.T_parent_child, pose.covariance, twist.velocity, twist.covariance,
+            stamp_ns=base.result.stamp_ns, frame_id=self._odom_frame, child_frame_id=self.child_frame(base),
         )
 
 

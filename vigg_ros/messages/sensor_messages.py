@@ -29,15 +29,8 @@ def encode_image(pixels: NDArray[Any], *, stamp_ns: int, frame_id: str) -> Messa
     height, width = pixels.shape[:2]
     data = _little_endian_bytes(pixels)
     return stamped(
-        "sensor_msgs/msg/Image",
-        stamp_ns,
-        frame_id,
-        height=height,
-        width=width,
-        encoding=encoding,
-        is_bigendian=0,
-        step=data.size // height,
-        data=data,
+        "sensor_msgs/msg/Image", stamp_ns, frame_id,
+        height=height, width=width, encoding=encoding, is_bigendian=0, step=data.size // height, data=data,
     )
 
 
@@ -46,48 +39,30 @@ def encode_camera_info(camera: Camera, *, stamp_ns: int, frame_id: str, rectifie
     raw = camera if rectifier is None else rectifier.raw
     coefficients = (0.0,) * 5 if rectifier is None else rectifier.coefficients
     return stamped(
-        "sensor_msgs/msg/CameraInfo",
-        stamp_ns,
-        frame_id,
-        height=raw.height_px,
-        width=raw.width_px,
+        "sensor_msgs/msg/CameraInfo", stamp_ns, frame_id,
+        height=raw.height_px, width=raw.width_px,
         distortion_model="plumb_bob" if rectifier is None else rectifier.model,
         d=np.array(coefficients),
         k=raw.matrix.reshape(-1),
         r=np.array(IDENTITY_ROTATION if rectifier is None else rectifier.R_rectified_raw),
         p=np.column_stack((camera.matrix, np.zeros(3))).reshape(-1),
-        binning_x=0,
-        binning_y=0,
-        roi=_NO_REGION,
+        binning_x=0, binning_y=0, roi=_NO_REGION,
     )
 
 
-def encode_points(
-    points: NDArray[np.floating], *, stamp_ns: int, frame_id: str, colours: NDArray[np.uint8] | None = None
-) -> Message:
-    """sensor_msgs/PointCloud2 of points (N, 3) as float32 x, y, z, and of colours (N, 3) BGR as PCL's rgb."""
-    names = ("x", "y", "z") if colours is None else ("x", "y", "z", "rgb")
-    table = np.zeros((len(points), len(names)), dtype="<f4")
-    table[:, :3] = points
+def encode_points(points: NDArray[np.floating], *, stamp_ns: int, frame_id: str) -> Message:
+    """sensor_msgs/PointCloud2 of points (N, 3) as float32 x, y, z."""
+    table = np.ascontiguousarray(points, dtype="<f4")
     if not np.isfinite(table).all():
         raise ValueError("found points that are not finite, expected metres")
-    if colours is not None:
-        table.view("u1").reshape(len(points), 16)[:, 12:15] = colours
     return stamped(
-        "sensor_msgs/msg/PointCloud2",
-        stamp_ns,
-        frame_id,
-        height=1,
-        width=len(points),
+        "sensor_msgs/msg/PointCloud2", stamp_ns, frame_id,
+        height=1, width=len(points),
         fields=tuple(
             Message.of("sensor_msgs/msg/PointField", name=name, offset=4 * place, datatype=_FLOAT32, count=1)
-            for place, name in enumerate(names)
+            for place, name in enumerate("xyz")
         ),
-        is_bigendian=False,
-        point_step=4 * len(names),
-        row_step=table.nbytes,
-        data=_little_endian_bytes(table),
-        is_dense=True,
+        is_bigendian=False, point_step=12, row_step=table.nbytes, data=_little_endian_bytes(table), is_dense=True,
     )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.quaternion import quaternions_from_rotations
+from vigg_ros.registration.rigid import quaternions_from_rotations
 from vigg_ros.sensors.header import NS_PER_S
 
 _LINE = "%d.%09d" + " %.9f" * 7

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from vigg_ros.messages.diagnostic_messages import ERROR, OK, WARN, encode_diagnostic_status
 from vigg_ros.messages.fields import Message
-from vigg_ros.node.frame_statistics import FrameStatistics
 from vigg_ros.node.input_monitor import InputMonitor
+from vigg_ros.node.rates import FrameStatistics
 from vigg_ros.node.watchdog import Finding
 from vigg_ros.tracking.columns import timing_name
 

@@ -53,7 +53,9 @@ def run(arguments: list[str] | None = None) -> int:
     signals = StopSignals()
     words = sys.argv[1:] if arguments is None else arguments
     if _parse(words).parameters:
-        _print_parameters()
+        from vigg_ros.node.settings import parameters_table
+
+        print(parameters_table(), end="")
         return 0
     try:
         from vigg_ros.node.spinning import spin
@@ -87,12 +89,6 @@ def _parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--parameters", action="store_true", help="print a table of all parameters and end")
     # Unknown arguments are let through: ros2 run and launch add --ros-args and more.
     return parser.parse_known_args(words)[0]
-
-
-def _print_parameters() -> None:
-    from vigg_ros.node.parameter_table import markdown_table
-
-    print(markdown_table(), end="")
 
 
 def _leave(code: int) -> NoReturn:

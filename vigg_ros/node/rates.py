@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How often: a limit by stamps, and rates and latencies of the recent past."""
+"""How often: limits to frames and log lines, and counts, rates and latencies of the recent past."""
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable
 
 import numpy as np
 
 from vigg_ros.sensors.header import NS_PER_S
+from vigg_ros.tracking.frame_result import FrameResult, State
 
 JITTER = 0.1
 """Stamps of a regular camera vary; a frame may come this share of the period early."""
@@ -36,6 +37,27 @@ class RateLimit:
         self._place_ns = due_ns if on_time else float(stamp_ns)
         self._session = session
         return True
+
+
+class Throttle:
+    """Says when a log line is due, by key: the first at once, then one per period with the number of those left out.
+
+    At most ``capacity`` keys are remembered, the latest ones.
+    """
+
+    def __init__(self, period_s: float, capacity: int = 256) -> None:
+        self._period_s = period_s
+        self._capacity = capacity
+        self._said: dict[str, tuple[float, int]] = {}
+
+    def due(self, key: str, now_s: float) -> int | None:
+        """How many lines of this key were left out since the last one; None if this one is left out too."""
+        last_s, held = self._said.pop(key, (float("-inf"), 0))
+        is_due = now_s - last_s >= self._period_s
+        self._said[key] = (now_s, 0) if is_due else (last_s, held + 1)
+        if len(self._said) > self._capacity:
+            del self._said[next(iter(self._said))]
+        return held if is_due else None
 
 
 class Rate:
@@ -76,3 +98,45 @@ class Latencies:
 def _spread(values: Iterable[float]) -> tuple[float, float]:
     median, p95 = np.percentile(list(values), (50, 95)).tolist()
     return median, p95
+
+
+class FrameStatistics:
+    """What became of the frames so far: counts by state and reason, rates, and latencies."""
+
+    def __init__(self) -> None:
+        self.states: Counter[str] = Counter()
+        self.reasons: Counter[str] = Counter()
+        self.latencies = Latencies()
+        self.rate = Rate()
+        """Of poses."""
+        self.last: FrameResult | None = None
+        """The last result that came from a registration or a refusal."""
+        self.last_pose_s: float | None = None
+        self.frames_lost = 0
+        """In a row."""
+
+    def add(self, result: FrameResult, now_s: float) -> None:
+        """Count a result."""
+        self.states[result.state.value] += 1
+        if result.reason:
+            self.reasons[result.reason] += 1
+        if result.state.was_registered:
+            self.latencies.add(result.timings_ms)
+        if result.state.was_registered or result.state is State.REFUSED:
+            self.last = result.kept()
+        if result.has_pose:
+            self.rate.count(now_s)
+            self.last_pose_s = now_s
+            self.frames_lost = 0
+        elif result.state is State.LOST:
+            self.frames_lost += 1
+
+    @property
+    def received(self) -> int:
+        """All leading messages."""
+        return sum(self.states.values())
+
+    @property
+    def dropped(self) -> int:
+        """Frames that gave way to newer ones."""
+        return self.states[State.DROPPED.value]

@@ -16,12 +16,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.node import Node
 
-from vigg_ros.node.frame_statistics import FrameStatistics
 from vigg_ros.node.parameters import NodeParameters
 from vigg_ros.node.publishers import Publishers
+from vigg_ros.node.rates import FrameStatistics
 from vigg_ros.node.reporting import Reporting
 from vigg_ros.node.scheduler import Scheduler
-from vigg_ros.node.services import Services
+from vigg_ros.node.services import create_services
 from vigg_ros.node.settings import Settings
 from vigg_ros.node.subscriptions import InputTopic
 from vigg_ros.node.trajectory_log import SaveError, TrajectoryLog
@@ -74,7 +74,7 @@ class RegistrarNode:
         )
         self._reconfigure(settings)
         self._reporting = Reporting(self.ros, self._parameters, self._inputs, self.statistics, self._scheduler)
-        self._services = Services(
+        create_services(
             self.ros,
             reset=self._reset,
             request_keyframe=self._scheduler.request_keyframe,

@@ -9,16 +9,15 @@ import traceback
 
 from rclpy.node import Node
 
+from vigg_ros.messages.diagnostic_messages import frame_status
 from vigg_ros.messages.fields import Message
-from vigg_ros.messages.frame_status import frame_status
 from vigg_ros.node.diagnostics import input_status, registration_status, waiting_status
-from vigg_ros.node.frame_statistics import FrameStatistics
 from vigg_ros.node.input_monitor import offset_s
 from vigg_ros.node.parameters import NodeParameters
+from vigg_ros.node.rates import FrameStatistics, Throttle
 from vigg_ros.node.scheduler import Scheduler
 from vigg_ros.node.settings import Settings
 from vigg_ros.node.subscriptions import InputTopic, has_publisher
-from vigg_ros.node.throttle import Throttle
 from vigg_ros.node.watchdog import PROFILE_REMEDY, SILENCE_S, Facts, Finding, explain, patience_s
 from vigg_ros.sensors.observation import Note
 from vigg_ros.tracking.frame_result import FrameResult, State

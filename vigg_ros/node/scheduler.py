@@ -29,7 +29,7 @@ Publish = Callable[[FrameResult, BaseResult | None], None]
 @dataclass(frozen=True, slots=True)
 class _Job:
     messages: SyncedMessages
-    restarts: int
+    generation: int
     arrived_s: float
 
 
@@ -38,7 +38,8 @@ class Scheduler:
 
     Decoding and pairing happen in the caller's thread; frames are built and registered in a worker's, where
     ``publish`` is called too. It never runs twice at a time, and never again with a pose from before a reset that has
-    returned. It may raise where the result was not published: the frame then ends with an INTERNAL_ERROR.
+    returned. It may raise where the result was not published: a frame that was registered then ends with an
+    INTERNAL_ERROR, and all else is reported.
     """
 
     def __init__(
@@ -56,18 +57,14 @@ class Scheduler:
         self._publish = publish
         self._report_failure = failed
         self._gate = threading.RLock()
-        self._restarts = 0
+        self._generation = 0
         self._paused = False
         self._keyframe_requested = False
         self._running: _Job | None = None
         self._rate_limit = RateLimit()
         prepare = partial(warm_up, config, with_points=pipeline.leader == "points")
-        self._worker: Worker[_Job] = Worker(self._register, failed=self._fail, prepare=prepare)
-
-    @property
-    def worker(self) -> Worker[_Job]:
+        self.worker: Worker[_Job] = Worker(self._register, failed=self._fail, prepare=prepare)
         """The thread of the registrations."""
-        return self._worker
 
     def receive(self, role: Role, message: Any, *, arrived_s: float) -> Received:
         """Take a message, arrived at this time (time.monotonic). What is refused has its result at once."""
@@ -76,12 +73,10 @@ class Scheduler:
         except Exception as error:  # whatever a hostile message does, the next one gets its turn
             self._report_failure(error)
             received = self._pipeline.refuse(role, message, "INTERNAL_ERROR", f"{type(error).__name__}: {error}")
-        jobs = []
+        jobs = [_Job(one, self._generation, arrived_s) for one in received.found if not isinstance(one, FrameResult)]
         for one in received.found:
             if isinstance(one, FrameResult):
-                self._give(one)
-            else:
-                jobs.append(_Job(one, self._restarts, arrived_s))
+                self._give_or_report(one)
         self._offer([job for job in jobs if self._wants(job)])
         return received
 
@@ -91,11 +86,11 @@ class Scheduler:
         From the thread that calls ``receive``.
         """
         with self._gate:
-            for job in self._worker.withdraw():
+            for job in self.worker.withdraw():
                 self._discard(job)
             for result in self._pipeline.restart():
                 self._give(result)
-            self._restarts += 1
+            self._generation += 1
 
     def pause(self, paused: bool) -> None:
         """Let frames pass unregistered, or register them again; keyframes are kept."""
@@ -119,14 +114,14 @@ class Scheduler:
     def stop(self, timeout_s: float) -> bool:
         """Publish nothing more; False if a registration still runs after the timeout."""
         with self._gate:
-            self._restarts += 1
+            self._generation += 1
             self._publish = lambda result, base: None
-        return self._worker.stop(timeout_s)
+        return self.worker.stop(timeout_s)
 
     def _offer(self, jobs: list[_Job]) -> None:
         """Hand over the jobs of one moment: pairs may become certain together, and do not displace each other."""
         if jobs:
-            for job in self._worker.offer(jobs):
+            for job in self.worker.offer(jobs):
                 self._leave_out(job, State.DROPPED, "NEWER_FRAME", "a newer frame arrived while this one waited")
 
     def _wants(self, job: _Job) -> bool:
@@ -140,14 +135,14 @@ class Scheduler:
 
     def _register(self, job: _Job) -> None:
         self._running = job
-        if job.restarts != self._restarts:
+        if job.generation != self._generation:
             self._discard(job)
             return
         begun_s = time.monotonic()
         synced = self._pipeline.build(job.messages)
         built_s = time.monotonic()
         if isinstance(synced, FrameResult):
-            self._give(synced)
+            self._give_or_report(synced)
             return
         try:
             mount = self._find_mount(synced.frame_id)
@@ -160,7 +155,7 @@ class Scheduler:
         timings_ms = before_ms | result.timings_ms | {"total": 1e3 * (time.monotonic() - job.arrived_s)}
         result = replace(result, timings_ms=timings_ms)
         with self._gate:
-            if job.restarts == self._restarts:
+            if job.generation == self._generation:
                 self._give(result, BaseResult(result, mount))
             else:
                 self._discard(job)
@@ -177,7 +172,14 @@ class Scheduler:
         self._leave_out(job, State.DISCARDED, "RESET", RESET_MESSAGE)
 
     def _leave_out(self, job: _Job, state: State, reason: str, message: str) -> None:
-        self._give(self._pipeline.left_out(job.messages, state, reason, message))
+        self._give_or_report(self._pipeline.left_out(job.messages, state, reason, message))
+
+    def _give_or_report(self, result: FrameResult) -> None:
+        """A result without a pose: where it cannot be published, that is reported and the others get theirs."""
+        try:
+            self._give(result)
+        except Exception as error:
+            self._report_failure(error)
 
     def _give(self, result: FrameResult, base: BaseResult | None = None) -> None:
         with self._gate:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from vigg_ros.registration.config import PRESETS, Config, renamed
@@ -182,36 +183,6 @@ def parse_extrinsics(text: str) -> NDArray[np.float64] | None:
         raise ConfigError(f"extrinsics: {error}") from error
 
 
-def unmatched_nodes(content: Any, node_name: str) -> list[str]:
-    """The nodes that a parameter file speaks of, if none of them is ``node_name`` ("/ns/registrar"); else nothing."""
-    if not isinstance(content, Mapping):
-        return []
-    named = [f"{prefix}/{key}".replace("//", "/").strip("/") for prefix, key in _node_keys(content)]
-    if any(_matches(name, node_name.strip("/")) for name in named):
-        return []
-    return named
-
-
-def _node_keys(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    for key, value in content.items():
-        if isinstance(value, Mapping) and "ros__parameters" in value:
-            yield prefix, str(key)
-        elif isinstance(value, Mapping):
-            yield from _node_keys(value, f"{prefix}/{key}")
-
-
-def _matches(pattern: str, name: str) -> bool:
-    """rcl's wildcards: * is one part of a name, ** any number of them."""
-    parts, wanted = name.split("/"), pattern.split("/")
-    if wanted[0] == "**":
-        return any(_matches("/".join(wanted[1:]), "/".join(parts[i:])) for i in range(len(parts))) or wanted == ["**"]
-    if wanted[0] not in ("*", parts[0]):
-        return False
-    if len(wanted) == 1 or len(parts) == 1:
-        return len(wanted) == len(parts)
-    return _matches("/".join(wanted[1:]), "/".join(parts[1:]))
-
-
 def _configuration(name: str) -> Config:
     """A preset by name, or a file."""
     if name in PRESETS:
@@ -250,3 +221,24 @@ def _check_together(options: NodeOptions) -> None:
         raise ConfigError("save_at_exit is on, but output_dir is empty; name the folder to save into")
     if options.output_dir and not Path(options.output_dir).expanduser().is_dir():
         raise ConfigError(f"output_dir is {options.output_dir!r}, which is no folder; create it first")
+
+
+def parameters_table() -> str:
+    """All parameters with their defaults (preset rgbd), ranges, and when to touch them: the table of docs/node.md."""
+    rows = ["| parameter | default | range | when to touch it |", "|---|---|---|---|"]
+    for one in Settings().parameters():
+        name = f"`{one.name}`" + (" (dynamic)" if one.is_dynamic else "")
+        rows.append(f"| {name} | {_yaml(one.default)} | {_range(one)} | {one.doc} |")
+    return "\n".join(rows) + "\n"
+
+
+def _range(one: Parameter) -> str:
+    if one.choices:
+        return ", ".join(one.choices)
+    if one.low is None:
+        return "on or off" if isinstance(one.default, bool) else "text"
+    return f"{one.low:g} to {one.high:g} {one.unit}".rstrip()
+
+
+def _yaml(value: object) -> str:
+    return "(empty)" if value == "" else str(yaml.safe_dump(value)).removesuffix("...\n").strip()

@@ -34,8 +34,9 @@ def spin(words: list[str], signals: StopSignals) -> bool:
     try:
         rclpy.init(args=["registrar", *words], context=context, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy has a type of its own for each kind of bad argument, and RuntimeError
+        text = " ".join(str(error).split())
         hint = "; a file of `vigg config` is given as -p config:=FILE" if "--params-file" in words else ""
-        raise ConfigError(f"the arguments after --ros-args cannot be used: {_one_line(error)}{hint}") from error
+        raise ConfigError(f"the arguments after --ros-args cannot be used: {text}{hint}") from error
     signals.defer()
     try:
         return _spin(context, words, signals.received)
@@ -59,7 +60,3 @@ def _spin(context: rclpy.Context, words: list[str], stop: threading.Event) -> bo
         ended = node.end(PATIENCE_S)
         node.ros.destroy_node()
     return ended
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())

@@ -43,23 +43,17 @@ class InputTopic:
     def follow(self) -> bool:
         """Look at the graph and subscribe as its publishers ask; True if the number of publishers changed."""
         before = len(self.offers)
-        self.offers = self.look()
+        self.offers = tuple(
+            Offer(one.topic_type, one.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT)
+            for one in self._node.get_publishers_info_by_topic(self.topic)
+        )
         chosen = (self._type(), self._wants_reliable())
         if chosen != self._chosen:
-            self.close()
+            if self._subscription is not None:
+                self._node.destroy_subscription(self._subscription)
             self._chosen = chosen
             self._subscription = self._subscribe(*chosen)
         return len(self.offers) != before
-
-    def look(self) -> tuple[Offer, ...]:
-        """The publishers of the topic, as the graph describes them now."""
-        return _offers(self._node, self.topic)
-
-    def close(self) -> None:
-        """Receive nothing more."""
-        if self._subscription is not None:
-            self._node.destroy_subscription(self._subscription)
-            self._subscription = None
 
     def facts(self, now_s: float) -> InputFacts:
         """What the watchdog wants to know."""
@@ -69,7 +63,6 @@ class InputTopic:
             type=self._chosen[0],
             wants_reliable=self._chosen[1],
             offers=self.offers,
-            received=self.monitor.received,
             age_s=self.monitor.age_s(now_s),
             last_refusal=self.monitor.last_refusal,
             good=self.monitor.received - sum(self.monitor.refused.values()),
@@ -107,10 +100,3 @@ def has_publisher(node: Node, role: str) -> str | None:
     """The topic of a role that is not subscribed, if somebody publishes it."""
     topic = node.resolve_topic_name(TOPICS[role])
     return topic if node.count_publishers(topic) else None
-
-
-def _offers(node: Node, topic: str) -> tuple[Offer, ...]:
-    found = node.get_publishers_info_by_topic(topic)
-    return tuple(
-        Offer(one.topic_type, one.qos_profile.reliability != ReliabilityPolicy.BEST_EFFORT) for one in found
-    )

@@ -40,11 +40,6 @@ class TrajectoryLog:
     def __len__(self) -> int:
         return len(self._stamps_ns)
 
-    @property
-    def session(self) -> int:
-        """The session of the poses."""
-        return self._session
-
     def add(self, stamp_ns: int, session: int, T_odom_frame: NDArray[np.float64]) -> None:
         """A pose; one of another session begins anew."""
         if session != self._session:

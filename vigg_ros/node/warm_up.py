@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.config import Config
@@ -36,13 +35,5 @@ def _made_up_frame(config: Config, *, with_points: bool) -> Frame:
     voxel_m = config.geometric.voxel_size_m
     near_m = max(config.geometric.min_range_m * 1.2, 40 * voxel_m)
     depth_m = (near_m + 8 * voxel_m * (np.sin(rows / 9) + np.cos(columns / 11) + 2)).astype(np.float32)
-    if not with_points:
-        return Frame.from_depth(image, depth_m, CAMERA, stamp_ns=1)
-    return Frame.from_points(image, _lifted(depth_m), CAMERA, np.eye(4), stamp_ns=1)
-
-
-def _lifted(depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
-    rows, columns = np.mgrid[0:120, 0:160]
-    x = (columns - CAMERA.cx_px) / CAMERA.fx_px * depth_m
-    y = (rows - CAMERA.cy_px) / CAMERA.fy_px * depth_m
-    return np.stack((x, y, depth_m), axis=-1).reshape(-1, 3).astype(np.float32)
+    frame = Frame.from_depth(image, depth_m, CAMERA, stamp_ns=1)
+    return Frame.from_points(image, frame.points(), CAMERA, np.eye(4), stamp_ns=1) if with_points else frame

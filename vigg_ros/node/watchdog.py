@@ -51,7 +51,6 @@ class InputFacts:
     """The type that is subscribed, such as sensor_msgs/msg/Image."""
     wants_reliable: bool
     offers: tuple[Offer, ...]
-    received: int
     age_s: float | None
     """Since the last message; None before the first."""
     last_refusal: str
@@ -96,11 +95,8 @@ def _of_input(one: InputFacts, facts: Facts) -> Finding | None:
         return _wrong_type(one)
     if one.wants_reliable and not any(offer.reliable for offer in fitting):
         return Finding(
-            "QOS_INCOMPATIBLE",
-            one.topic,
-            "publishers that offer best effort",
-            "reliable, as the parameter qos asks",
-            "set qos to auto or sensor_data",
+            "QOS_INCOMPATIBLE", one.topic, "publishers that offer best effort",
+            "reliable, as the parameter qos asks", "set qos to auto or sensor_data",
         )
     if one.age_s is None or (one.role != "camera_info" and one.age_s >= SILENCE_S):
         return _nothing_arrives(one)
@@ -114,7 +110,7 @@ def _no_publisher(one: InputFacts, facts: Facts) -> Finding:
         other = "depth" if one.role == "points" else "points"
         remedy = f"set geometry to {other}: {facts.idle_topics[0]} has a publisher"
     else:
-        remedy = f"start the driver, or remap: --ros-args -r {_relative(one)}:=/its/topic"
+        remedy = f"start the driver, or remap: --ros-args -r {TOPICS[one.role]}:=/its/topic"
     code = "NO_CAMERA_INFO" if one.role == "camera_info" else "NO_PUBLISHER"
     return Finding(code, one.topic, "no publisher", f"one of {one.type}", remedy)
 
@@ -125,7 +121,7 @@ def _wrong_type(one: InputFacts) -> Finding:
     if compressed and all(kind.startswith("sensor_msgs/msg/") and kind.endswith("Image") for kind in types):
         remedy = f"set image_transport to {'raw' if one.type.endswith('CompressedImage') else 'compressed'}, or to auto"
     else:
-        remedy = f"remap {_relative(one)} to the right topic; `ros2 topic list -t` shows their types"
+        remedy = f"remap {TOPICS[one.role]} to the right topic; `ros2 topic list -t` shows their types"
     return Finding("WRONG_TYPE", one.topic, f"publishers of {', '.join(types)}", one.type, remedy)
 
 
@@ -136,11 +132,8 @@ def _nothing_arrives(one: InputFacts) -> Finding:
         remedy = f"check that it publishes; if so, {PROFILE_REMEDY}"
         return Finding(code, one.topic, f"{publishers}, but no message", "messages", remedy)
     return Finding(
-        "INPUT_STOPPED",
-        one.topic,
-        f"no message for {one.age_s:.1f} s",
-        "messages",
-        "check the driver, or the end of the recording",
+        "INPUT_STOPPED", one.topic, f"no message for {one.age_s:.1f} s",
+        "messages", "check the driver, or the end of the recording",
     )
 
 
@@ -150,9 +143,7 @@ def _of_frames(facts: Facts) -> Iterator[Finding]:
     if apart and facts.last_reason in ("", "UNPAIRED"):
         assert facts.offset_s is not None, "checked by apart"
         yield Finding(
-            "STAMPS_APART",
-            leader.topic,
-            f"stamps {_seconds(facts.offset_s)} from those of {partner.topic}",
+            "STAMPS_APART", leader.topic, f"stamps {_seconds(facts.offset_s)} from those of {partner.topic}",
             f"at most sync_slop, {facts.slop_s:g} s",
             "synchronise the clocks of the drivers, or raise sync_slop if the sensors are this far apart",
         )
@@ -169,10 +160,4 @@ def _of_frames(facts: Facts) -> Iterator[Finding]:
 
 
 def _seconds(offset_s: float) -> str:
-    if abs(offset_s) >= 1:
-        return f"{offset_s:+.3f} s"
-    return f"{1e3 * offset_s:+.1f} ms"
-
-
-def _relative(one: InputFacts) -> str:
-    return TOPICS[one.role]
+    return f"{offset_s:+.3f} s" if abs(offset_s) >= 1 else f"{1e3 * offset_s:+.1f} ms"

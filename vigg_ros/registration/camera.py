@@ -32,8 +32,7 @@ class Camera:
         numbers = (self.fx_px, self.fy_px, self.cx_px, self.cy_px)
         if min(sizes) < 1 or not all(map(math.isfinite, numbers)) or min(self.fx_px, self.fy_px) <= 0:
             raise DataError(
-                "BAD_INTRINSICS",
-                found=f"size {sizes}, fx fy cx cy {numbers}",
+                "BAD_INTRINSICS", found=f"size {sizes}, fx fy cx cy {numbers}",
                 expected="a size of at least 1x1 and finite intrinsics with positive focal lengths",
                 remedy="calibrate the camera, or publish the calibration it has",
             )

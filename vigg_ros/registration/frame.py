@@ -36,12 +36,7 @@ class Frame:
 
     @classmethod
     def from_depth(
-        cls,
-        image: NDArray[np.uint8],
-        depth_m: NDArray[np.floating],
-        camera: Camera,
-        *,
-        stamp_ns: int = 0,
+        cls, image: NDArray[np.uint8], depth_m: NDArray[np.floating], camera: Camera, *, stamp_ns: int = 0
     ) -> Frame:
         """A frame of an RGB-D camera whose depth is aligned to the image.
 
@@ -51,8 +46,7 @@ class Frame:
         image = _check_image(image, camera)
         if depth_m.shape != image.shape[:2] or not np.issubdtype(depth_m.dtype, np.floating):
             raise DataError(
-                "DEPTH_SIZE",
-                found=f"a depth image of shape {depth_m.shape} and type {depth_m.dtype}",
+                "DEPTH_SIZE", found=f"a depth image of shape {depth_m.shape} and type {depth_m.dtype}",
                 expected=f"floating-point metres of shape {image.shape[:2]}, as the colour image",
                 remedy="publish depth registered to the colour image",
             )
@@ -64,14 +58,9 @@ class Frame:
     @classmethod
     def from_points(
         cls,
-        image: NDArray[np.uint8],
-        points: NDArray[np.floating],
-        camera: Camera,
-        T_camera_points: NDArray[np.float64],
+        image: NDArray[np.uint8], points: NDArray[np.floating], camera: Camera, T_camera_points: NDArray[np.float64],
         *,
-        stamp_ns: int = 0,
-        times_s: NDArray[np.float64] | None = None,
-        within_view: bool = False,
+        stamp_ns: int = 0, times_s: NDArray[np.float64] | None = None, within_view: bool = False,
     ) -> Frame:
         """A frame of a camera and a scan of the same moment. Results are in the points' frame.
 
@@ -89,8 +78,7 @@ class Frame:
         rows, _ = scan.visible()
         if len(rows) < MIN_PROJECTED:
             raise DataError(
-                "NO_DEPTH",
-                found=f"{len(rows)} of {len(cloud)} points projecting into the image",
+                "NO_DEPTH", found=f"{len(rows)} of {len(cloud)} points projecting into the image",
                 expected=f"at least {MIN_PROJECTED}",
                 remedy="check the extrinsics: T_camera_points takes points to the optical frame (z forward)",
             )
@@ -124,8 +112,7 @@ def _check_image(image: NDArray[np.uint8], camera: Camera) -> NDArray[np.uint8]:
     good_shape = image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)
     if not good_shape or image.dtype != np.uint8 or image.shape[:2] != (camera.height_px, camera.width_px):
         raise DataError(
-            "IMAGE_SIZE",
-            found=f"an image of shape {image.shape} and type {image.dtype}",
+            "IMAGE_SIZE", found=f"an image of shape {image.shape} and type {image.dtype}",
             expected=f"uint8 of shape ({camera.height_px}, {camera.width_px}) or ... x 3, as the camera says",
             remedy="use the CameraInfo that belongs to this image",
         )
@@ -136,10 +123,8 @@ def _check_points(points: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Which points are finite."""
     if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.floating):
         raise DataError(
-            "POINTS_SHAPE",
-            found=f"points of shape {points.shape} and type {points.dtype}",
-            expected="floating-point metres of shape (N, 3)",
-            remedy="pass x, y and z only",
+            "POINTS_SHAPE", found=f"points of shape {points.shape} and type {points.dtype}",
+            expected="floating-point metres of shape (N, 3)", remedy="pass x, y and z only",
         )
     # Before the cast to float32, in which greater numbers overflow; comparisons with NaN are false.
     return np.asarray((np.abs(points) < MAX_COORDINATE_M).all(axis=1))
@@ -160,8 +145,7 @@ def _check_rigid(T_camera_points: NDArray[np.float64]) -> NDArray[np.float64]:
     T = np.asarray(T_camera_points, np.float64)
     if not is_rigid(T):
         raise DataError(
-            "BAD_EXTRINSICS",
-            found=f"T_camera_points = {T.tolist()}",
+            "BAD_EXTRINSICS", found=f"T_camera_points = {T.tolist()}",
             expected="a rigid transform (4, 4) with an orthonormal rotation",
             remedy="check the calibration between camera and scanner",
         )

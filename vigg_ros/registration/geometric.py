@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,8 +56,6 @@ class Landmarks:
 
     points: NDArray[np.float32]
     """(L, 3), metres."""
-    normals: NDArray[np.float32]
-    """(L, 3), unit length, towards the sensor."""
     features: NDArray[np.float32]
     """(L, 33) FPFH, unit length."""
 
@@ -65,7 +64,7 @@ class Landmarks:
 
     def select(self, rows: NDArray[Any]) -> Landmarks:
         """Some of the landmarks, by mask or index."""
-        return Landmarks(self.points[rows], self.normals[rows], self.features[rows])
+        return Landmarks(self.points[rows], self.features[rows])
 
 
 def voxel_downsample(
@@ -81,23 +80,23 @@ def voxel_downsample(
 
 def estimate_normals(points: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
     """Normals (N, 3) of unit length towards the origin, zero where the neighbours do not make a surface."""
-    if len(points) == 0:
-        return np.empty((0, 3), np.float32)
-    index = CellIndex.build(points, radius_m)
-    normals = np.empty_like(points)
-    normals[index.order] = surface_normals(points[index.order], index.starts, index.runs, radius_m)
-    return normals
+    return _of_neighbours(surface_normals, radius_m, points) if len(points) else np.empty((0, 3), np.float32)
 
 
 def describe(points: NDArray[np.float32], normals: NDArray[np.float32], radius_m: float) -> NDArray[np.float32]:
     """FPFH (N, 33) of unit length (Rusu 2009) from all neighbours within the radius."""
-    if len(points) == 0:
-        return np.empty((0, 33), np.float32)
+    return _of_neighbours(fpfh, radius_m, points, normals) if len(points) else np.empty((0, 33), np.float32)
+
+
+def _of_neighbours(
+    kernel: Callable[..., NDArray[np.float32]], radius_m: float, points: NDArray[np.float32], *more: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """What a kernel finds for each point within the radius, which wants points and more of each in order of cells."""
     index = CellIndex.build(points, radius_m)
-    order = index.order
-    features = np.empty((len(points), 33), np.float32)
-    features[order] = fpfh(points[order], normals[order], index.starts, index.runs, radius_m)
-    return features
+    found = kernel(*(column[index.order] for column in (points, *more)), index.starts, index.runs, radius_m)
+    out = np.empty_like(found)
+    out[index.order] = found
+    return out
 
 
 def rows_in_range(points: NDArray[np.floating], config: GeometricConfig) -> NDArray[np.int64]:
@@ -132,7 +131,7 @@ def build_patches(surface: Surface, config: GeometricConfig) -> Surface:
 def build_landmarks(patches: Surface, config: GeometricConfig) -> Landmarks:
     """The patches with FPFH."""
     radius_m = config.feature_radius_voxels * config.voxel_size_m
-    return Landmarks(patches.points, patches.normals, describe(patches.points, patches.normals, radius_m))
+    return Landmarks(patches.points, describe(patches.points, patches.normals, radius_m))
 
 
 def sample(count: int, limit: int, seed: int) -> NDArray[np.int64]:

@@ -147,11 +147,7 @@ def _visual_residuals(prior: Matches, T_target_source: NDArray[np.float64], floo
 
 @stage("refinement")
 def refine(
-    aligner: SurfaceAligner,
-    source: Surface,
-    visual: Matches,
-    T_target_source: NDArray[np.float64],
-    config: Config,
+    aligner: SurfaceAligner, source: Surface, visual: Matches, T_target_source: NDArray[np.float64], config: Config
 ) -> Fit:
     """Gauss-Newton on the surfaces together with the visual matches that agree with the motion at the start."""
     visual = visual.select(visual.distances(T_target_source) < config.cliques.inlier_threshold_m)
@@ -167,11 +163,7 @@ def refine(
 
 
 def _descend(
-    aligner: SurfaceAligner,
-    source: Surface,
-    visual: Matches,
-    T_target_source: NDArray[np.float64],
-    config: Config,
+    aligner: SurfaceAligner, source: Surface, visual: Matches, T_target_source: NDArray[np.float64], config: Config
 ) -> NDArray[np.float64]:
     """Gauss-Newton: first with few points and far-reaching pairs, at last with all points and near pairs."""
     voxel_m = config.geometric.voxel_size_m

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rigid motions SE(3) as (4, 4) float64, and their weighted least-squares fit."""
+"""Rigid motions SE(3) as (4, 4) float64, their quaternions (x, y, z, w), and their weighted least-squares fit."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.quaternion import rotation_from_quaternion
 
 ORTHONORMAL_TOLERANCE = 2e-3
 """How far an entry of R R^T may be from the identity's. Rotations come from files with three digits and more:
@@ -28,14 +28,35 @@ ROUNDING = 1e-13
 """Second moments of points on one spot: of a micrometre, or of some hundred roundings of the extent squared."""
 
 
+def quaternions_from_rotations(R: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The unit quaternions (N, 4) with w >= 0 of rotations (N, 3, 3)."""
+    return np.asarray(Rotation.from_matrix(R).as_quat(canonical=True))
+
+
+def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
+    """The rotation (3, 3) of a quaternion of any length. Raises DataError if it is zero or not finite."""
+    norm = math.hypot(x, y, z, w)
+    if not math.isfinite(norm) or norm < 1e-6:
+        raise DataError(
+            "BAD_QUATERNION", found=f"quaternion ({x}, {y}, {z}, {w})",
+            expected="a finite one of length 1", remedy="check the publisher of this pose; no rotation is (0, 0, 0, 1)",
+        )
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
 def rigid_from_quaternion(position_m: Sequence[float], quaternion: Sequence[float]) -> NDArray[np.float64]:
     """T (4, 4) of a position (3,) and a quaternion (4,) of any length. Raises DataError where they are none."""
     if not all(map(math.isfinite, position_m)):
         raise DataError(
-            "BAD_POSITION",
-            found=f"position {tuple(position_m)}",
-            expected="finite metres",
-            remedy="check the publisher of this pose",
+            "BAD_POSITION", found=f"position {tuple(position_m)}",
+            expected="finite metres", remedy="check the publisher of this pose",
         )
     T = np.eye(4)
     T[:3, :3] = rotation_from_quaternion(*quaternion)
@@ -56,17 +77,6 @@ def is_rigid(T: NDArray[np.float64]) -> bool:
     if T.shape != (4, 4) or not np.isfinite(T).all():
         return False
     return is_rotation(T[:3, :3]) and np.allclose(T[3], (0, 0, 0, 1))
-
-
-def nearest_rigid(T: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The rigid transform (4, 4) that a rounded one stands for; None if it is none."""
-    if not is_rigid(T):
-        return None
-    U, _, Vt = np.linalg.svd(T[:3, :3])
-    nearest = np.eye(4)
-    nearest[:3, :3] = U @ Vt
-    nearest[:3, 3] = T[:3, 3]
-    return nearest
 
 
 def transform(T_target_source: NDArray[np.float64], points: NDArray[np.floating]) -> NDArray[np.float64]:

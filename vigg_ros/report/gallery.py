@@ -25,10 +25,9 @@ from vigg_ros.pictures import (
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
-from vigg_ros.registration.geometry import ProjectedScan
+from vigg_ros.registration.geometry import DepthMap, ProjectedScan
 from vigg_ros.registration.result import Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.rigid import transform
-from vigg_ros.registration.visibility import DepthView
 from vigg_ros.registration.visual import Keypoints, match_visual
 from vigg_ros.tracking.frame_result import Comparison, FrameResult
 
@@ -79,7 +78,7 @@ class FramePicture:
     @classmethod
     def of(cls, frame: Frame, features: Features) -> FramePicture:
         """Keeps references, copies nothing."""
-        depth_m = features.view.depth_m if isinstance(features.view, DepthView) else None
+        depth_m = frame.geometry.depth_m if isinstance(frame.geometry, DepthMap) else None
         scan = frame.geometry if isinstance(frame.geometry, ProjectedScan) else None
         return cls(frame.image, features.keypoints, features.surface.points, depth_m, scan)
 

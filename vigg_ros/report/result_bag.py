@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.bags.writer import BagWriter
-from vigg_ros.messages.frame_status import frame_status
+from vigg_ros.messages.diagnostic_messages import frame_status
 from vigg_ros.messages.pose_messages import encode_path, encode_tf, encode_transform
 from vigg_ros.messages.result_messages import PathPoses, PoseMessages
 from vigg_ros.tracking.frame_result import FrameResult

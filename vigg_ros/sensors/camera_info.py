@@ -4,48 +4,29 @@
 
 One CameraInfo serves two kinds of topics: K and D describe the image as taken (``image_raw``), P the
 rectified one (``image_rect``). The message does not say which it accompanies; the image topic's name does.
+The matrices are d, k, r, p in ROS 2 and D, K, R, P in ROS 1.
 """
 
 from __future__ import annotations
 
 import re
-from typing import Any, Literal, Protocol
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.header import HeaderMessage, read_header
+from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.message_limits import check_image_size
 from vigg_ros.sensors.observation import Calibration, Note
-from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, binned, cropped
+from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, scaled
 
 ImageKind = Literal["raw", "rectified"]
 RectifyPolicy = Literal["auto", "assume_rectified", "undistort"]
 
 _RECTIFIED_NAME = re.compile(r"(?:^|[/_])rect(?:ified)?(?:[/_]|$)")
-
-
-class RegionMessage(Protocol):
-    """sensor_msgs/RegionOfInterest."""
-
-    x_offset: int
-    y_offset: int
-    height: int
-    width: int
-
-
-class CameraInfoMessage(Protocol):
-    """sensor_msgs/CameraInfo; its matrices are d, k, r, p in ROS 2 and D, K, R, P in ROS 1."""
-
-    header: HeaderMessage
-    height: int
-    width: int
-    distortion_model: str
-    binning_x: int
-    binning_y: int
-    roi: RegionMessage
 
 
 def images_on(topic: str, rectify: RectifyPolicy = "auto") -> ImageKind:
@@ -59,7 +40,7 @@ def images_on(topic: str, rectify: RectifyPolicy = "auto") -> ImageKind:
     return "rectified" if rectify == "assume_rectified" else "raw"
 
 
-def decode_camera_info(msg: CameraInfoMessage, *, images: ImageKind) -> Calibration:
+def decode_camera_info(msg: Any, *, images: ImageKind) -> Calibration:
     """The camera of the images that come with this CameraInfo, raw or rectified.
 
     Rectified images: P, or K where P is zero. Raw images: a rectifier to the camera of P (or K) if the lens
@@ -80,7 +61,7 @@ def decode_camera_info(msg: CameraInfoMessage, *, images: ImageKind) -> Calibrat
     return Calibration(header.stamp_ns, header.frame_id, camera, rectifier, _is_cropped(msg), notes)
 
 
-def _matrix(msg: CameraInfoMessage, name: str) -> NDArray[np.float64]:
+def _matrix(msg: Any, name: str) -> NDArray[np.float64]:
     values: Any = getattr(msg, name) if hasattr(msg, name) else getattr(msg, name.upper())
     matrix = np.asarray(values, dtype=np.float64).reshape(-1)
     length = {"k": 9, "r": 9, "p": 12}.get(name, matrix.size)
@@ -88,13 +69,12 @@ def _matrix(msg: CameraInfoMessage, name: str) -> NDArray[np.float64]:
         raise DataError(
             "BAD_INTRINSICS",
             found=f"{name.upper()} of {matrix.size} numbers, {np.isfinite(matrix).sum()} of them finite",
-            expected=f"{length} finite numbers",
-            remedy="calibrate the camera, or publish the calibration it has",
+            expected=f"{length} finite numbers", remedy="calibrate the camera, or publish the calibration it has",
         )
     return matrix
 
 
-def _camera(msg: CameraInfoMessage, K: NDArray[np.float64], size: tuple[int, int]) -> Camera:
+def _camera(msg: Any, K: NDArray[np.float64], size: tuple[int, int]) -> Camera:
     """The camera of the published image from a matrix for the full sensor."""
     if K[0, 1] != 0:
         raise DataError(
@@ -104,7 +84,7 @@ def _camera(msg: CameraInfoMessage, K: NDArray[np.float64], size: tuple[int, int
     return _binned(_cropped(full, msg), msg)
 
 
-def _cropped(full: Camera, msg: CameraInfoMessage) -> Camera:
+def _cropped(full: Camera, msg: Any) -> Camera:
     if not _is_cropped(msg):
         return full
     left, top, width, height = _region(msg)
@@ -112,30 +92,29 @@ def _cropped(full: Camera, msg: CameraInfoMessage) -> Camera:
         raise DataError(
             "BAD_REGION",
             found=f"region {width}x{height} at ({left}, {top}) of {full.width_px}x{full.height_px} pixels",
-            expected="a window of the image, or all zeros",
-            remedy="check the driver's region of interest",
+            expected="a window of the image, or all zeros", remedy="check the driver's region of interest",
         )
-    return cropped(full, left_px=left, top_px=top, width_px=width, height_px=height)
+    return replace(full, width_px=width, height_px=height, cx_px=full.cx_px - left, cy_px=full.cy_px - top)
 
 
-def _region(msg: CameraInfoMessage) -> tuple[int, int, int, int]:
+def _region(msg: Any) -> tuple[int, int, int, int]:
     return int(msg.roi.x_offset), int(msg.roi.y_offset), int(msg.roi.width), int(msg.roi.height)
 
 
-def _is_cropped(msg: CameraInfoMessage) -> bool:
+def _is_cropped(msg: Any) -> bool:
     return _region(msg) not in ((0, 0, 0, 0), (0, 0, int(msg.width), int(msg.height)))
 
 
-def _binned(camera: Camera, msg: CameraInfoMessage) -> Camera:
+def _binned(camera: Camera, msg: Any) -> Camera:
     factor_x, factor_y = max(1, int(msg.binning_x)), max(1, int(msg.binning_y))
     if factor_x > camera.width_px or factor_y > camera.height_px:
         raise DataError(
-            "BAD_BINNING",
-            found=f"binning {factor_x}x{factor_y} of {camera.width_px}x{camera.height_px} pixels",
-            expected="fewer than the image has",
-            remedy="check the driver's binning",
+            "BAD_BINNING", found=f"binning {factor_x}x{factor_y} of {camera.width_px}x{camera.height_px} pixels",
+            expected="fewer than the image has", remedy="check the driver's binning",
         )
-    return camera if (factor_x, factor_y) == (1, 1) else binned(camera, factor_x, factor_y)
+    if factor_x == factor_y == 1:
+        return camera
+    return scaled(camera, (camera.width_px // factor_x, camera.height_px // factor_y), (1 / factor_x, 1 / factor_y))
 
 
 def _rectifier(
@@ -143,12 +122,12 @@ def _rectifier(
 ) -> Rectifier | None:
     """What undistorts the images, None if there is nothing to undistort."""
     rotation = tuple(R.tolist()) if R.any() else IDENTITY_ROTATION
-    if not D.any():
-        if rotation == IDENTITY_ROTATION:
-            return None
-        # A lens without distortion in a rig that is rotated: any model will do.
-        return Rectifier(taken, rectified, "plumb_bob", (0.0,) * 4, rotation)
-    return Rectifier(taken, rectified, model, tuple(D.tolist()), rotation)
+    if D.any():
+        return Rectifier(taken, rectified, model, tuple(D.tolist()), rotation)
+    if rotation == IDENTITY_ROTATION:
+        return None
+    # A lens without distortion in a rig that is rotated: any model will do.
+    return Rectifier(taken, rectified, "plumb_bob", (0.0,) * 4, rotation)
 
 
 def _stereo_notes(P: NDArray[np.float64]) -> tuple[Note, ...]:
@@ -156,8 +135,7 @@ def _stereo_notes(P: NDArray[np.float64]) -> tuple[Note, ...]:
         return ()
     return (
         Note(
-            "STEREO_OFFSET",
-            f"P with an offset of ({P[3]:.6g}, {P[7]:.6g}), the second camera of a stereo pair",
+            "STEREO_OFFSET", f"P with an offset of ({P[3]:.6g}, {P[7]:.6g}), the second camera of a stereo pair",
             "taken as a camera at the origin of its own frame",
             "use the first camera, or give this one its own frame_id",
         ),

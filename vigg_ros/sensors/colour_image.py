@@ -8,6 +8,7 @@ The encodings are those of sensor_msgs/image_encodings.hpp; "nv12" is of its lat
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -17,7 +18,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.message_limits import shortened
 from vigg_ros.sensors.observation import ColourImage, Note
-from vigg_ros.sensors.pixels import ImageMessage, pixel_rows
+from vigg_ros.sensors.pixels import pixel_rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +69,12 @@ DEPTH_ENCODINGS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4", "64FC1": "f8"}
 """Encodings of depth and the type of one sample."""
 
 _DARK_16_BIT = Note(
-    "DARK_16_BIT",
-    "a 16-bit image whose samples all stay below 4096",
-    "taken as it is, nearly black",
-    "the driver should shift its 10 or 12 bits up, or publish mono8",
+    "DARK_16_BIT", "a 16-bit image whose samples all stay below 4096",
+    "taken as it is, nearly black", "the driver should shift its 10 or 12 bits up, or publish mono8",
 )
 
 
-def decode_image(msg: ImageMessage) -> ColourImage:
+def decode_image(msg: Any) -> ColourImage:
     """The image as (H, W, 3) BGR or (H, W) grey; 16 bits keep their upper 8, alpha is dropped.
 
     8UC3 and 8UC4 name no order of colours and are taken as OpenCV's. Raises DataError.
@@ -106,29 +105,25 @@ def _colour_encoding(name: str) -> ColourEncoding:
     if name in DEPTH_ENCODINGS:
         raise depth_on_image_topic(f"encoding {name}")
     raise DataError(
-        "IMAGE_ENCODING",
-        found=f"encoding {shortened(name)}",
-        expected=f"one of {', '.join(COLOUR_ENCODINGS)}",
-        remedy="set the driver's pixel format to bgr8 or rgb8",
+        "IMAGE_ENCODING", found=f"encoding {shortened(name)}",
+        expected=f"one of {', '.join(COLOUR_ENCODINGS)}", remedy="set the driver's pixel format to bgr8 or rgb8",
     )
 
 
 def depth_on_image_topic(found: str) -> DataError:
     """The error for a depth image where a colour image should be."""
     return DataError(
-        "IMAGE_IS_DEPTH",
-        found=f"{found} on the image topic",
+        "IMAGE_IS_DEPTH", found=f"{found} on the image topic",
         expected="a colour or grey image",
         remedy="remap rgb/image to the colour camera; depth and compressedDepth go to depth/image",
     )
 
 
-def _check_multiple(msg: ImageMessage, encoding: ColourEncoding) -> None:
+def _check_multiple(msg: Any, encoding: ColourEncoding) -> None:
     (even_x, even_y), least = encoding.even, encoding.least_px
     if msg.width % even_x or msg.height % even_y or min(msg.width, msg.height) < least:
         raise DataError(
-            "IMAGE_DIMENSIONS",
-            found=f"{msg.width}x{msg.height} pixels of {msg.encoding}",
+            "IMAGE_DIMENSIONS", found=f"{msg.width}x{msg.height} pixels of {msg.encoding}",
             expected=f"multiples of {even_x} and {even_y}, at least {least}, as this encoding shares colours",
             remedy="check the driver's image size",
         )

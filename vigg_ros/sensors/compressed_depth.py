@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import struct
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +22,12 @@ from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.image_files import PNG_SIGNATURE, decode_image_file
 from vigg_ros.sensors.message_limits import shortened
 from vigg_ros.sensors.observation import DepthImage, Note
-from vigg_ros.sensors.pixels import CompressedImageMessage, bytes_of
+from vigg_ros.sensors.pixels import bytes_of
 
 HEADER_BYTES = 12
 
 
-def decode_compressed_depth(msg: CompressedImageMessage, *, depth_scale_m: float | None = None) -> DepthImage:
+def decode_compressed_depth(msg: Any, *, depth_scale_m: float | None = None) -> DepthImage:
     """The depth image as (H, W) float32 metres, 0 where there is none; see ``decode_depth``.
 
     A 16-bit PNG without the header is accepted with a note, as 16UC1. Raises DataError.
@@ -47,10 +48,8 @@ def decode_compressed_depth(msg: CompressedImageMessage, *, depth_scale_m: float
 
 
 _BARE_PNG = Note(
-    "DEPTH_HEADER_MISSING",
-    "a PNG without the 12 bytes of compressedDepth before it",
-    "taken as 16-bit depth",
-    "publish through compressed_depth_image_transport",
+    "DEPTH_HEADER_MISSING", "a PNG without the 12 bytes of compressedDepth before it",
+    "taken as 16-bit depth", "publish through compressed_depth_image_transport",
 )
 
 
@@ -62,8 +61,7 @@ def _read_format(text: str) -> tuple[str, str]:
     plain_png = words[:1] == ["png"] and sample == "u2"
     if sample == "f8" or not (plain_png or words in ([], *_TRANSPORTS)):
         raise DataError(
-            "COMPRESSED_FORMAT",
-            found=f"format {shortened(text)} on the depth topic",
+            "COMPRESSED_FORMAT", found=f"format {shortened(text)} on the depth topic",
             expected="16UC1 or 32FC1; compressedDepth, png or rvl",
             remedy="subscribe to the topic that ends in /compressedDepth; JPEG loses depth",
         )
@@ -76,8 +74,7 @@ _TRANSPORTS = (["compressedDepth"], ["compressedDepth", "png"], ["compressedDept
 def _check_header(size_bytes: int) -> None:
     if size_bytes <= HEADER_BYTES:
         raise DataError(
-            "DEPTH_HEADER",
-            found=f"{size_bytes} bytes of compressedDepth",
+            "DEPTH_HEADER", found=f"{size_bytes} bytes of compressedDepth",
             expected=f"a header of {HEADER_BYTES} bytes and an image",
             remedy="check the publisher; the data is cut off",
         )
@@ -87,8 +84,7 @@ def _unpack_png(compressed: NDArray[np.uint8]) -> NDArray[np.uint16]:
     samples = decode_image_file(compressed)
     if samples.ndim != 2 or samples.dtype != np.uint16:
         raise DataError(
-            "DEPTH_IS_COLOUR",
-            found=f"an image of shape {samples.shape} and type {samples.dtype} on the depth topic",
+            "DEPTH_IS_COLOUR", found=f"an image of shape {samples.shape} and type {samples.dtype} on the depth topic",
             expected="one channel of 16 bits",
             remedy="remap depth/image to the compressedDepth topic of the depth camera",
         )
@@ -108,10 +104,8 @@ def _from_inverse(samples: NDArray[np.uint16], a: float, b: float) -> NDArray[np
     """Metres (H, W) of quantised inverse depths; 0 and what no depth maps to become 0."""
     if not (math.isfinite(a) and math.isfinite(b) and a > 0):
         raise DataError(
-            "DEPTH_QUANTISATION",
-            found=f"quantisation A = {a}, B = {b}",
-            expected="finite numbers, A > 0",
-            remedy="check the publisher; the header of compressedDepth is broken",
+            "DEPTH_QUANTISATION", found=f"quantisation A = {a}, B = {b}",
+            expected="finite numbers, A > 0", remedy="check the publisher; the header of compressedDepth is broken",
         )
     steps = np.arange(65_536, dtype=np.float32) - np.float32(b)
     table = np.divide(np.float32(a), steps, out=np.zeros_like(steps), where=steps > 0)

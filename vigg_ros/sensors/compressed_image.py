@@ -19,10 +19,10 @@ from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.image_files import decode_image_file
 from vigg_ros.sensors.message_limits import shortened
 from vigg_ros.sensors.observation import ColourImage
-from vigg_ros.sensors.pixels import CompressedImageMessage, bytes_of
+from vigg_ros.sensors.pixels import bytes_of
 
 
-def decode_compressed_image(msg: CompressedImageMessage) -> ColourImage:
+def decode_compressed_image(msg: Any) -> ColourImage:
     """A JPEG or PNG as (H, W, 3) BGR or (H, W) grey. Raises DataError."""
     header = read_header(msg.header)
     source = msg.format.split(";")[0].strip()
@@ -43,9 +43,7 @@ def _grey_or_bgr(pixels: NDArray[Any]) -> NDArray[np.uint8]:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR)
     if pixels.dtype != np.uint8 or not (pixels.ndim == 2 or pixels.shape[2] == 3):
         raise DataError(
-            "COMPRESSED_FORMAT",
-            found=f"an image of shape {pixels.shape} and type {pixels.dtype}",
-            expected="1, 3 or 4 channels of 8 or 16 bits",
-            remedy="publish bgr8 or mono8",
+            "COMPRESSED_FORMAT", found=f"an image of shape {pixels.shape} and type {pixels.dtype}",
+            expected="1, 3 or 4 channels of 8 or 16 bits", remedy="publish bgr8 or mono8",
         )
     return np.asarray(pixels, dtype=np.uint8)

@@ -14,7 +14,7 @@ from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS
 from vigg_ros.sensors.header import Header, read_header
 from vigg_ros.sensors.message_limits import MAX_RANGE_M, shortened
 from vigg_ros.sensors.observation import DepthImage, Note
-from vigg_ros.sensors.pixels import ImageMessage, pixel_rows
+from vigg_ros.sensors.pixels import pixel_rows
 
 UNIT_16_BIT_M = 0.001
 UNIT_FLOAT_M = 1.0
@@ -25,7 +25,7 @@ MIN_DEPTH_PIXELS = 3
 PLAUSIBLE_MEDIAN_M = (0.05, 100.0)
 
 
-def decode_depth(msg: ImageMessage, *, depth_scale_m: float | None = None) -> DepthImage:
+def decode_depth(msg: Any, *, depth_scale_m: float | None = None) -> DepthImage:
     """The depth image as (H, W) float32 metres, 0 where there is no depth.
 
     depth_scale_m: metres per unit; if not given, 0.001 for 16 bits and 1 for floats. No depth is what
@@ -45,10 +45,8 @@ def depth_image(
     valid = np.count_nonzero(depth_m)
     if valid < MIN_DEPTH_PIXELS:
         raise DataError(
-            "NO_DEPTH",
-            found=f"{valid} pixels with depth in an image of {depth_m.shape[1]}x{depth_m.shape[0]}",
-            expected=f"at least {MIN_DEPTH_PIXELS}",
-            remedy="check the depth camera, its range and depth_scale",
+            "NO_DEPTH", found=f"{valid} pixels with depth in an image of {depth_m.shape[1]}x{depth_m.shape[0]}",
+            expected=f"at least {MIN_DEPTH_PIXELS}", remedy="check the depth camera, its range and depth_scale",
         )
     notes = header.notes + notes + _unit_notes(depth_m)
     return DepthImage(header.stamp_ns, header.frame_id, depth_m, notes)
@@ -94,9 +92,7 @@ def _unit_notes(depth_m: NDArray[np.float32]) -> tuple[Note, ...]:
         return ()
     return (
         Note(
-            "DEPTH_UNIT",
-            f"a median depth of {median_m:.4g} m",
-            "taken as it is",
-            "set depth_scale to the metres per unit of this camera",
+            "DEPTH_UNIT", f"a median depth of {median_m:.4g} m",
+            "taken as it is", "set depth_scale to the metres per unit of this camera",
         ),
     )

@@ -49,10 +49,8 @@ def _size_in_header(data: bytes) -> tuple[int, int]:
     if data.startswith(_JPEG_START):
         return _jpeg_size(data)
     raise DataError(
-        "COMPRESSED_FORMAT",
-        found=f"{len(data)} bytes that begin with {data[:8].hex(' ') or 'nothing'}",
-        expected="a JPEG or PNG image",
-        remedy="set the publisher's compression format to jpeg or png",
+        "COMPRESSED_FORMAT", found=f"{len(data)} bytes that begin with {data[:8].hex(' ') or 'nothing'}",
+        expected="a JPEG or PNG image", remedy="set the publisher's compression format to jpeg or png",
     )
 
 
@@ -80,8 +78,6 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
 
 def _broken(what: str) -> DataError:
     return DataError(
-        "COMPRESSED_BROKEN",
-        found=what,
-        expected="a whole JPEG or PNG image",
-        remedy="check the publisher and the link; the image is cut or corrupted",
+        "COMPRESSED_BROKEN", found=what,
+        expected="a whole JPEG or PNG image", remedy="check the publisher and the link; the image is cut or corrupted",
     )

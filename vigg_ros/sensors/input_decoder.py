@@ -20,8 +20,7 @@ from vigg_ros.sensors.stamped_pose import decode_pose
 Role = Literal["image", "camera_info", "depth", "points", "ground_truth"]
 
 _CALIBRATION_CHANGED = Note(
-    "CALIBRATION_CHANGED",
-    "another calibration than before",
+    "CALIBRATION_CHANGED", "another calibration than before",
     "taken from here on; keyframes were dropped and a new session began",
     "if the camera did not change, look for a second publisher on the topic",
 )

@@ -28,8 +28,7 @@ def check_image_size(width_px: int, height_px: int) -> None:
     sides_good = 0 < width_px <= MAX_SIDE_PX and 0 < height_px <= MAX_SIDE_PX
     if not sides_good or width_px * height_px > MAX_PIXELS:
         raise DataError(
-            "IMAGE_DIMENSIONS",
-            found=f"an image of {width_px}x{height_px} pixels",
+            "IMAGE_DIMENSIONS", found=f"an image of {width_px}x{height_px} pixels",
             expected=f"1 to {MAX_SIDE_PX} pixels a side and at most {MAX_PIXELS} in all",
             remedy="check the camera driver; the header of this message is broken",
         )

@@ -2,41 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bytes of a sensor_msgs/Image as an array, without a copy.
 
-Here and in the other decoders a Protocol has the attributes that are read of a message: rclpy's classes have them,
-and so have those of rosbags. ``data`` is anything with the buffer protocol: bytes, array.array or uint8 in NumPy.
+``data`` is anything with the buffer protocol: bytes, array.array or uint8 in NumPy.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.header import HeaderMessage
 from vigg_ros.sensors.message_limits import check_image_size, shortened
 from vigg_ros.sensors.observation import Note
-
-
-class ImageMessage(Protocol):
-    """sensor_msgs/Image."""
-
-    header: HeaderMessage
-    height: int
-    width: int
-    encoding: str
-    is_bigendian: int
-    step: int
-    data: Any
-
-
-class CompressedImageMessage(Protocol):
-    """sensor_msgs/CompressedImage."""
-
-    header: HeaderMessage
-    format: str
-    data: Any
 
 
 def bytes_of(data: Any) -> NDArray[np.uint8]:
@@ -49,15 +27,13 @@ def bytes_of(data: Any) -> NDArray[np.uint8]:
 def long_data_note(found_bytes: int, expected_bytes: int) -> Note:
     """The note on a payload with bytes left over."""
     return Note(
-        "DATA_LONG",
-        f"{found_bytes} bytes of data where {expected_bytes} were announced",
-        "the rest ignored",
-        "check the publisher's step and height",
+        "DATA_LONG", f"{found_bytes} bytes of data where {expected_bytes} were announced",
+        "the rest ignored", "check the publisher's step and height",
     )
 
 
 def pixel_rows(
-    msg: ImageMessage, dtype: str, *, channels: int = 1, rows: int | None = None
+    msg: Any, dtype: str, *, channels: int = 1, rows: int | None = None
 ) -> tuple[NDArray[Any], tuple[Note, ...]]:
     """The pixels as a strided view (rows, W, channels) of the message, and what is odd about them.
 
@@ -79,20 +55,17 @@ def pixel_rows(
     return view, notes
 
 
-def _check_step(msg: ImageMessage, row_bytes: int) -> None:
+def _check_step(msg: Any, row_bytes: int) -> None:
     if msg.step < row_bytes:
         raise DataError(
-            "IMAGE_STEP",
-            found=f"step {msg.step} for rows of {msg.width} pixels of {shortened(msg.encoding)}",
-            expected=f"at least {row_bytes} bytes",
-            remedy="check the publisher's step and encoding",
+            "IMAGE_STEP", found=f"step {msg.step} for rows of {msg.width} pixels of {shortened(msg.encoding)}",
+            expected=f"at least {row_bytes} bytes", remedy="check the publisher's step and encoding",
         )
 
 
-def _refuse_short(msg: ImageMessage, found_bytes: int, expected_bytes: int) -> None:
+def _refuse_short(msg: Any, found_bytes: int, expected_bytes: int) -> None:
     raise DataError(
         "IMAGE_DATA_SHORT",
         found=f"{found_bytes} bytes for {msg.width}x{msg.height} {shortened(msg.encoding)}, step {msg.step}",
-        expected=f"{expected_bytes} bytes",
-        remedy="check the publisher; the image is cut off",
+        expected=f"{expected_bytes} bytes", remedy="check the publisher; the image is cut off",
     )

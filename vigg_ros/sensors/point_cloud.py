@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.header import HeaderMessage, read_header
+from vigg_ros.sensors.header import read_header
 from vigg_ros.sensors.message_limits import MAX_POINTS, MAX_RANGE_M, shortened
 from vigg_ros.sensors.observation import Note, PointCloud
 from vigg_ros.sensors.pixels import bytes_of, long_data_note
@@ -23,29 +23,7 @@ _MAX_FIELDS = 256
 _FLOAT_DATATYPES = (7, 8)
 
 
-class PointFieldMessage(Protocol):
-    """sensor_msgs/PointField."""
-
-    name: str
-    offset: int
-    datatype: int
-    count: int
-
-
-class PointCloud2Message(Protocol):
-    """sensor_msgs/PointCloud2."""
-
-    header: HeaderMessage
-    height: int
-    width: int
-    fields: Sequence[PointFieldMessage]
-    is_bigendian: bool
-    point_step: int
-    row_step: int
-    data: Any
-
-
-def decode_points(msg: PointCloud2Message) -> PointCloud:
+def decode_points(msg: Any) -> PointCloud:
     """The points (N, 3) float32 with their times, in the order of the message.
 
     Points that are not finite, at the origin or beyond MAX_RANGE_M are dropped with their times. Raises
@@ -62,7 +40,7 @@ def decode_points(msg: PointCloud2Message) -> PointCloud:
     return PointCloud(header.stamp_ns, header.frame_id, _select(points, kept), times_s, notes)
 
 
-def _table(msg: PointCloud2Message) -> tuple[NDArray[np.void], tuple[Note, ...]]:
+def _table(msg: Any) -> tuple[NDArray[np.void], tuple[Note, ...]]:
     """The fields that are read, as a structured view (H, W) of the message."""
     fields = _fields(msg)
     width, height, step = int(msg.width), int(msg.height), int(msg.point_step)
@@ -84,7 +62,7 @@ def _table(msg: PointCloud2Message) -> tuple[NDArray[np.void], tuple[Note, ...]]
     return np.ndarray((height, width), dtype, data, strides=(row_step, step)), notes
 
 
-def _row_step(msg: PointCloud2Message) -> tuple[int, tuple[Note, ...]]:
+def _row_step(msg: Any) -> tuple[int, tuple[Note, ...]]:
     width, height, row_step = int(msg.width), int(msg.height), int(msg.row_step)
     points = width * height
     if min(width, height) < 1:
@@ -97,21 +75,19 @@ def _row_step(msg: PointCloud2Message) -> tuple[int, tuple[Note, ...]]:
     if height > 1:
         raise _layout("CLOUD_LAYOUT", f"row_step {row_step}", f"at least {row_bytes} bytes")
     note = Note(
-        "CLOUD_ROW_STEP",
-        f"row_step {row_step} for a row of {row_bytes} bytes",
-        "ignored, as there is one row",
-        "set row_step to width * point_step",
+        "CLOUD_ROW_STEP", f"row_step {row_step} for a row of {row_bytes} bytes",
+        "ignored, as there is one row", "set row_step to width * point_step",
     )
     return row_bytes, (note,)
 
 
-def _fields(msg: PointCloud2Message) -> list[PointFieldMessage]:
+def _fields(msg: Any) -> list[Any]:
     """x, y, z and a time if there is one; raises DataError unless they can be read."""
     if not 0 < len(msg.fields) <= _MAX_FIELDS:
         raise _layout("CLOUD_FIELDS", f"{len(msg.fields)} fields", f"3 to {_MAX_FIELDS}")
     for field in msg.fields:
         _check_field(field, int(msg.point_step))
-    named: dict[str, list[PointFieldMessage]] = {}
+    named: dict[str, list[Any]] = {}
     for field in msg.fields:
         named.setdefault(field.name, []).append(field)
     if any(len(named.get(axis, ())) != 1 for axis in "xyz"):
@@ -123,7 +99,7 @@ def _fields(msg: PointCloud2Message) -> list[PointFieldMessage]:
     return [named[axis][0] for axis in "xyz"] + _time_field(named)
 
 
-def _check_field(field: PointFieldMessage, point_step: int) -> None:
+def _check_field(field: Any, point_step: int) -> None:
     sample = _SAMPLE_TYPES.get(int(field.datatype))
     shown = shortened(field.name, 20)
     if sample is None:
@@ -133,14 +109,14 @@ def _check_field(field: PointFieldMessage, point_step: int) -> None:
         raise _layout("CLOUD_LAYOUT", f"field {shown} up to byte {end}", f"at most point_step, {point_step}")
 
 
-def _check_axis(field: PointFieldMessage) -> None:
+def _check_axis(field: Any) -> None:
     if field.datatype not in _FLOAT_DATATYPES or field.count != 1:
         found = f"{field.count} of type {_SAMPLE_TYPES[field.datatype]} in field {field.name}"
         raise _layout("CLOUD_FIELD_TYPE", found, "one float32 or float64, in metres")
 
 
-def _time_field(named: dict[str, list[PointFieldMessage]]) -> list[PointFieldMessage]:
-    found: Sequence[PointFieldMessage] = [named[name][0] for name in TIME_FIELDS if name in named]
+def _time_field(named: dict[str, list[Any]]) -> list[Any]:
+    found: Sequence[Any] = [named[name][0] for name in TIME_FIELDS if name in named]
     return [field for field in found if field.count == 1][:1]
 
 

@@ -35,8 +35,7 @@ def point_times(column: NDArray[Any], stamp_ns: int) -> tuple[NDArray[np.float64
     reading = _reading(low, high, stamp_ns)
     if reading is None:
         note = Note(
-            "POINT_TIMES",
-            f"times of points from {low} to {high}",
+            "POINT_TIMES", f"times of points from {low} to {high}",
             "ignored, so motion during the scan is not corrected",
             "publish seconds, micro- or nanoseconds, from the stamp or of its clock",
         )

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,36 +23,20 @@ COEFFICIENT_COUNTS = {"plumb_bob": (4, 5), "rational_polynomial": (8, 12, 14), "
 IDENTITY_ROTATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
-def cropped(camera: Camera, *, left_px: int, top_px: int, width_px: int, height_px: int) -> Camera:
-    """The camera of a window of the image."""
-    return replace(
-        camera, width_px=width_px, height_px=height_px, cx_px=camera.cx_px - left_px, cy_px=camera.cy_px - top_px
-    )
+def scaled(camera: Camera, size_px: tuple[int, int], scales: tuple[float, float]) -> Camera:
+    """The camera of the image scaled along x and y and cut to a size (width, height).
 
-
-def binned(camera: Camera, factor_x: int, factor_y: int) -> Camera:
-    """The camera of an image in which factor_x by factor_y pixels are joined into one."""
-    size = (camera.width_px // factor_x, camera.height_px // factor_y)
-    return _scaled(camera, size, (1 / factor_x, 1 / factor_y))
+    The origin is the centre of the first pixel, half a pixel inside the image's edge, and it is the edge that stays
+    where it is.
+    """
+    (width_px, height_px), (scale_x, scale_y) = size_px, scales
+    cx_px, cy_px = (camera.cx_px + 0.5) * scale_x - 0.5, (camera.cy_px + 0.5) * scale_y - 0.5
+    return Camera(width_px, height_px, camera.fx_px * scale_x, camera.fy_px * scale_y, cx_px, cy_px)
 
 
 def resized(camera: Camera, width_px: int, height_px: int) -> Camera:
     """The camera of the image resized to another size."""
-    scales = (width_px / camera.width_px, height_px / camera.height_px)
-    return _scaled(camera, (width_px, height_px), scales)
-
-
-def _scaled(camera: Camera, size: tuple[int, int], scales: tuple[float, float]) -> Camera:
-    # The origin is the centre of the first pixel, half a pixel inside the image's edge, and it is the
-    # edge that stays where it is.
-    return Camera(
-        width_px=size[0],
-        height_px=size[1],
-        fx_px=camera.fx_px * scales[0],
-        fy_px=camera.fy_px * scales[1],
-        cx_px=(camera.cx_px + 0.5) * scales[0] - 0.5,
-        cy_px=(camera.cy_px + 0.5) * scales[1] - 0.5,
-    )
+    return scaled(camera, (width_px, height_px), (width_px / camera.width_px, height_px / camera.height_px))
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,18 +53,13 @@ class Rectifier:
     R_rectified_raw: tuple[float, ...] = IDENTITY_ROTATION
 
     def __post_init__(self) -> None:
-        if len(self.coefficients) not in COEFFICIENT_COUNTS.get(self.model, ()):
-            _refuse_model(self.model, self.coefficients)
-        if not all(map(math.isfinite, self.coefficients)):
-            _refuse_model(self.model, self.coefficients)
+        _check_model(self.model, self.coefficients)
         _check_rotation(self.R_rectified_raw)
 
     def image(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """The rectified image, (H, W) or (H, W, 3) uint8, bilinear; 0 where the raw image does not reach."""
         self._check_size(image.shape)
-        maps = _maps(self)
-        undistorted = cv2.remap(image, maps.bilinear[0], maps.bilinear[1], cv2.INTER_LINEAR)
-        return np.asarray(undistorted, dtype=np.uint8)
+        return np.asarray(cv2.remap(image, *_maps(self).bilinear, cv2.INTER_LINEAR), dtype=np.uint8)
 
     def depth(self, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
         """The rectified depth image (H, W), metres along the *rectified* z; nearest pixel, 0 = none.
@@ -88,11 +68,9 @@ class Rectifier:
         """
         self._check_size(depth_m.shape)
         maps = _maps(self)
-        empty = np.empty((0, 0), np.uint16)
-        undistorted = cv2.remap(depth_m, maps.nearest, empty, cv2.INTER_NEAREST)
-        if maps.z_rectified_per_raw is not None:
-            undistorted = undistorted * maps.z_rectified_per_raw
-        return np.asarray(undistorted, dtype=np.float32)
+        undistorted = cv2.remap(depth_m, maps.nearest, np.empty((0, 0), np.uint16), cv2.INTER_NEAREST)
+        turned = maps.z_rectified_per_raw
+        return np.asarray(undistorted if turned is None else undistorted * turned, dtype=np.float32)
 
     def resized(self, width_px: int, height_px: int) -> Rectifier:
         """The same lens, for images resized to another size; the coefficients do not depend on it."""
@@ -103,19 +81,19 @@ class Rectifier:
     def _check_size(self, shape: tuple[int, ...]) -> None:
         if shape[:2] != (self.raw.height_px, self.raw.width_px):
             raise DataError(
-                "IMAGE_SIZE",
-                found=f"an image of shape {shape}",
+                "IMAGE_SIZE", found=f"an image of shape {shape}",
                 expected=f"({self.raw.height_px}, {self.raw.width_px}), as the camera says",
                 remedy="use the CameraInfo that belongs to this image",
             )
 
 
-def _refuse_model(model: str, coefficients: tuple[float, ...]) -> None:
+def _check_model(model: str, coefficients: tuple[float, ...]) -> None:
+    if len(coefficients) in COEFFICIENT_COUNTS.get(model, ()) and all(map(math.isfinite, coefficients)):
+        return
     known = ", ".join(f"{name} with {'/'.join(map(str, n))}" for name, n in COEFFICIENT_COUNTS.items())
-    shown = f"{model[:40]!r} with {len(coefficients)} coefficients {coefficients[:14]}"
     raise DataError(
         "BAD_DISTORTION",
-        found=f"distortion model {shown}",
+        found=f"distortion model {model[:40]!r} with {len(coefficients)} coefficients {coefficients[:14]}",
         expected=f"finite coefficients of {known}",
         remedy="calibrate with one of these models, or publish rectified images",
     )
@@ -125,8 +103,7 @@ def _check_rotation(rotation: tuple[float, ...]) -> None:
     R = np.asarray(rotation, dtype=np.float64)
     if R.shape != (9,) or not is_rotation(R.reshape(3, 3)):
         raise DataError(
-            "BAD_RECTIFICATION",
-            found=f"rectification matrix R = {rotation}",
+            "BAD_RECTIFICATION", found=f"rectification matrix R = {rotation}",
             expected="a rotation, or all zeros",
             remedy="calibrate the camera again; a monocular camera has the identity",
         )
@@ -136,8 +113,8 @@ def _check_rotation(rotation: tuple[float, ...]) -> None:
 class _Maps:
     """Where each rectified pixel comes from, in the forms cv2.remap is fast with."""
 
-    bilinear: tuple[NDArray[np.int16], NDArray[np.uint16]]
-    nearest: NDArray[np.int16]
+    bilinear: tuple[NDArray[Any], NDArray[Any]]
+    nearest: NDArray[Any]
     z_rectified_per_raw: NDArray[np.float32] | None
     """(H, W), what a depth is multiplied with because the optical axis has turned; None if it has not."""
 
@@ -151,25 +128,27 @@ def _maps(rectifier: Rectifier) -> _Maps:
     fixed, fraction = cv2.convertMaps(u, v, cv2.CV_16SC2)
     # remap with INTER_NEAREST reads only the integer map, so that one must be rounded, not cut.
     nearest, _ = cv2.convertMaps(u, v, cv2.CV_16SC2, nninterpolation=True)
-    turned = rectifier.R_rectified_raw != IDENTITY_ROTATION
-    ratio = np.where(rays[2] > 0, 1 / np.where(rays[2] > 0, rays[2], 1), 0).astype(np.float32)
-    return _Maps(
-        (np.asarray(fixed, np.int16), np.asarray(fraction, np.uint16)),
-        np.asarray(nearest, np.int16),
-        ratio if turned else None,
-    )
+    if rectifier.R_rectified_raw == IDENTITY_ROTATION:
+        return _Maps((fixed, fraction), nearest, None)
+    z_ratio = np.divide(1.0, rays[2], out=np.zeros_like(rays[2]), where=rays[2] > 0)
+    return _Maps((fixed, fraction), nearest, z_ratio.astype(np.float32))
 
 
 def _source_pixels(rectifier: Rectifier) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    R = np.reshape(rectifier.R_rectified_raw, (3, 3))
-    size = (rectifier.rectified.width_px, rectifier.rectified.height_px)
-    lens = np.asarray(rectifier.coefficients)
-    module = cv2.fisheye if rectifier.model == "equidistant" else cv2
-    u, v = module.initUndistortRectifyMap(rectifier.raw.matrix, lens, R, rectifier.rectified.matrix, size, cv2.CV_32FC1)
+    raw, rectified = rectifier.raw, rectifier.rectified
+    lens, R = np.asarray(rectifier.coefficients), np.reshape(rectifier.R_rectified_raw, (3, 3))
+    u, v = _module(rectifier).initUndistortRectifyMap(
+        raw.matrix, lens, R, rectified.matrix, (rectified.width_px, rectified.height_px), cv2.CV_32FC1
+    )
     # Lenses that no glass has give coordinates beyond any integer; they are outside all the same.
-    limits = (-2.0, 2.0 * max(rectifier.raw.width_px, rectifier.raw.height_px))
+    limits = (-2.0, 2.0 * max(raw.width_px, raw.height_px))
     u, v = (np.nan_to_num(np.clip(pixel, *limits), nan=-2.0) for pixel in (u, v))
     return u, v
+
+
+def _module(rectifier: Rectifier) -> Any:
+    """Where OpenCV has the functions of this model."""
+    return cv2.fisheye if rectifier.model == "equidistant" else cv2
 
 
 def _raw_rays(rectifier: Rectifier) -> NDArray[np.float64]:
@@ -190,12 +169,9 @@ def _fold_radius(rectifier: Rectifier) -> float:
     """
     radius = np.linspace(0, 20, 20_001)
     points = np.column_stack((radius, np.zeros_like(radius), np.ones_like(radius)))[:, None, :]
-    zero = np.zeros(3)
-    lens = np.array(rectifier.coefficients)
-    if rectifier.model == "equidistant":
-        pixels, _ = cv2.fisheye.projectPoints(points, zero, zero, np.eye(3), lens)
-    else:
+    lens, module = np.array(rectifier.coefficients), _module(rectifier)
+    if module is cv2:
         lens[2:4] = 0  # tangential terms shift the image, they do not fold it
-        pixels, _ = cv2.projectPoints(points, zero, zero, np.eye(3), lens)
-    turns = np.flatnonzero(~(np.diff(np.reshape(pixels, (-1, 2))[:, 0]) > 0))
+    pixels, _ = module.projectPoints(points, np.zeros(3), np.zeros(3), np.eye(3), lens)
+    turns = np.flatnonzero(~(np.diff(pixels[..., 0].ravel()) > 0))
     return float(radius[turns[0] if turns.size else -1])

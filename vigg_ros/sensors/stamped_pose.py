@@ -37,10 +37,8 @@ def decode_transform(msg: Any) -> StampedPose:
     child_frame_id = read_frame_id(msg.child_frame_id, notes)
     if not (header.frame_id and child_frame_id):
         raise DataError(
-            "FRAME_ID_EMPTY",
-            found=f"a transform from {child_frame_id!r} to {header.frame_id!r}",
-            expected="two frames with names",
-            remedy="check the publisher of this transform",
+            "FRAME_ID_EMPTY", found=f"a transform from {child_frame_id!r} to {header.frame_id!r}",
+            expected="two frames with names", remedy="check the publisher of this transform",
         )
     T_frame_child = _matrix(msg.transform.translation, msg.transform.rotation)
     return StampedPose(header.stamp_ns, header.frame_id, child_frame_id, T_frame_child, (*header.notes, *notes))

@@ -144,10 +144,8 @@ class FrameAssembler:
         leader, follower = messages.leader, messages.follower
         if messages.calibration is None:
             raise DataError(
-                "NO_CALIBRATION",
-                found="images without a CameraInfo",
-                expected="a CameraInfo message of the colour camera",
-                remedy="publish it, or name its topic",
+                "NO_CALIBRATION", found="images without a CameraInfo",
+                expected="a CameraInfo message of the colour camera", remedy="publish it, or name its topic",
             )
         if isinstance(leader, PointCloud):
             assert isinstance(follower, ColourImage), "scans are paired with images"
@@ -160,10 +158,8 @@ def depth_frame(colour: ColourImage, depth: DepthImage, calibration: Calibration
     """The rectified frame of a colour and an aligned depth image, at the image's stamp. Raises DataError."""
     if depth.depth_m.shape != colour.image.shape[:2]:
         raise DataError(
-            "DEPTH_SIZE",
-            found=f"depth of shape {depth.depth_m.shape} with an image of shape {colour.image.shape[:2]}",
-            expected="equal sizes",
-            remedy="use depth that is registered to the colour image",
+            "DEPTH_SIZE", found=f"depth of shape {depth.depth_m.shape} with an image of shape {colour.image.shape[:2]}",
+            expected="equal sizes", remedy="use depth that is registered to the colour image",
         )
     calibration = calibration.fitted_to(colour.image.shape)
     image, depth_m = colour.image, depth.depth_m
@@ -178,8 +174,7 @@ def scan_frame(scan: PointCloud, colour: ColourImage, calibration: Calibration, 
     T_camera_points = None if extrinsics is None else extrinsics(camera_frame, scan.frame_id)
     if T_camera_points is None:
         raise DataError(
-            "NO_TF",
-            found=f"no transform from {scan.frame_id!r} to {camera_frame!r}",
+            "NO_TF", found=f"no transform from {scan.frame_id!r} to {camera_frame!r}",
             expected="a chain of static transforms between scanner and camera",
             remedy="publish it on /tf_static, or give the extrinsics as a parameter",
         )

@@ -10,9 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.rigid import inverse
-
-MAX_INTERVAL_S = 1.0
-"""Motion over a longer time says nothing about the motion now."""
+from vigg_ros.tracking.chain import MAX_INTERVAL_S
 
 
 def velocity(

@@ -21,8 +21,7 @@ def require_frame_names(target: str, source: str) -> None:
     """Raise DataError unless both frames have names: of two without one, nobody knows that they are the same."""
     if not (target and source):
         raise DataError(
-            "FRAME_ID_EMPTY",
-            found=f"frames {source!r} and {target!r}",
+            "FRAME_ID_EMPTY", found=f"frames {source!r} and {target!r}",
             expected="the names of two frames in TF",
             remedy="set the driver's frame_id, or give the extrinsics as a parameter",
         )

@@ -17,8 +17,8 @@ from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.stages import OutOfTime, record_stages, time_limit
 from vigg_ros.registration.vigg import extract, register
-from vigg_ros.tracking.chain import UncertainPose
-from vigg_ros.tracking.deskew import MAX_INTERVAL_S, deskew, mean_skew_m, velocity
+from vigg_ros.tracking.chain import MAX_INTERVAL_S, UncertainPose
+from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
 from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
 
@@ -157,7 +157,8 @@ class Registrar:
             if isinstance(outcome, Registration):
                 last = self._keyframes.add(self._last.frame, self._last.features, self._last.pose)
                 return State.TRACKING, last, outcome
-        for keyframe in self._keyframes.others(self._position(), self._config.keyframes.retries, self._frames_lost):
+        position = np.zeros(3) if self._last is None else self._last.pose.T_parent_child[:3, 3]
+        for keyframe in self._keyframes.others(position, self._config.keyframes.retries, self._frames_lost):
             outcome = register(keyframe.features, features, self._config)
             if isinstance(outcome, Registration):
                 self._keyframes.make_reference(keyframe)
@@ -169,13 +170,10 @@ class Registrar:
         return self._last is not None and 0 < stamp_ns - self._last.frame.stamp_ns <= MAX_INTERVAL_S * 1e9
 
     def _velocity_to(self, pose: UncertainPose, stamp_ns: int) -> NDArray[np.float64] | None:
-        if self._last is None:
-            return None
         before = self._last
+        if before is None:
+            return None
         return velocity(before.pose.T_parent_child, pose.T_parent_child, stamp_ns - before.frame.stamp_ns)
-
-    def _position(self) -> NDArray[np.float64]:
-        return np.zeros(3) if self._last is None else self._last.pose.T_parent_child[:3, 3]
 
     def _found(
         self,

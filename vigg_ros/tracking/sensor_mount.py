@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.result import Registration
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.tracking.chain import UncertainPose
+from vigg_ros.tracking.chain import KeyframePose, UncertainPose
 from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.frame_result import FrameResult
-from vigg_ros.tracking.twist import KeyframePose
 
 POLL_PERIOD_S = 0.01
 
@@ -101,8 +100,7 @@ class MountFinder:
         T_base_sensor = self._lookup(self._base_frame, frame_id)
         if T_base_sensor is None:
             raise DataError(
-                "NO_TF",
-                found=f"no transform from {frame_id!r} to base_frame {self._base_frame!r}",
+                "NO_TF", found=f"no transform from {frame_id!r} to base_frame {self._base_frame!r}",
                 expected="a chain of transforms between sensor and base",
                 remedy="publish it on /tf_static, or leave base_frame empty for the pose of the sensor",
             )

@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import START_NS, DatasetPose, parse_stamp_ns, read_tum_poses, stamp_of_number
+from vigg_ros.bags.trajectories import DatasetPose, parse_stamp_ns, read_tum_poses
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
+from vigg_ros.bench.datasets.number_files import START_NS, stamp_of_number
 from vigg_ros.registration import BagError
 
 RATE_HZ = 30.0

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vigg_ros.bags.trajectories import read_numbers
+from vigg_ros.bench.datasets.number_files import read_numbers
 from vigg_ros.registration import BagError, Camera, DataError
 
 Intrinsics = tuple[float, float, float, float]

@@ -15,11 +15,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.bags.trajectories import START_NS, DatasetPose, read_numbers, rows, stamp_in
+from vigg_ros.bags.trajectories import DatasetPose, rows, stamp_in
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import make_camera
+from vigg_ros.bench.datasets.number_files import START_NS, nearest_rigid, read_numbers
 from vigg_ros.registration import BagError, Camera
-from vigg_ros.registration.rigid import inverse, nearest_rigid
+from vigg_ros.registration.rigid import inverse
 
 SLOP_NS = 50_000_000
 

@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.bags.trajectories import DatasetPose, read_numbers, rows
+from vigg_ros.bags.trajectories import DatasetPose, rows
 from vigg_ros.bench.datasets import kitti
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
+from vigg_ros.bench.datasets.number_files import read_numbers
 from vigg_ros.registration import BagError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.sensors.header import NS_PER_S

@@ -13,9 +13,10 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from vigg_ros.bags.trajectories import DatasetPose, read_matrix_pose, stamp_of_number
+from vigg_ros.bags.trajectories import DatasetPose
 from vigg_ros.bench.datasets.dataset import Dataset, DatasetFile, image_size
 from vigg_ros.bench.datasets.intrinsics import Intrinsics, find_intrinsics, make_camera
+from vigg_ros.bench.datasets.number_files import read_matrix_pose, stamp_of_number
 from vigg_ros.registration import BagError
 
 RATE_HZ = 30.0
