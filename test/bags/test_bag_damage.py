@@ -48,7 +48,7 @@ def lost(reader: BagReader, topic: str = COLOUR) -> list[int | None]:
 
 
 @CUT_ROW
-@pytest.mark.parametrize("share", [0.001, 0.3, 0.6, 0.99])
+@pytest.mark.parametrize("share", [0, 0.001, 0.3, 0.6, 0.99])
 @pytest.mark.parametrize(
     ("storage", "complaint"),
     [
@@ -65,7 +65,10 @@ def test_a_cut_copy_is_refused_with_the_remedy(storage, complaint, share, tmp_pa
         file = storage_file(bag)
     cut(file, share)
     # A stump that holds no message at all cannot be read, whatever its metadata says.
-    with pytest.raises(BagError, match=rf"{complaint}|cannot be read.*copy it again"):
+    complaint = (
+        rf"{complaint}|cannot be read.*copy it again" if share else r"is empty \(0 bytes\): nothing was recorded"
+    )
+    with pytest.raises(BagError, match=complaint):
         opened(bag)
 
 
@@ -78,15 +81,6 @@ def test_an_empty_file_or_one_of_something_else_is_refused(name, content, tmp_pa
         opened(tmp_path / name)
 
 
-@CUT_ROW
-@BOTH
-def test_a_bag_with_an_empty_file_is_refused(storage, tmp_path: Path) -> None:
-    bag = write_bag(tmp_path / "bag", rgbd_entries(), storage=storage)
-    storage_file(bag).write_bytes(b"")
-    with pytest.raises(BagError, match=r"is empty \(0 bytes\): nothing was recorded"):
-        opened(bag)
-
-
 def test_a_recording_that_was_never_closed_is_read_to_its_end(tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", NOISE)
     (bag / "metadata.yaml").unlink()
@@ -96,15 +90,6 @@ def test_a_recording_that_was_never_closed_is_read_to_its_end(tmp_path: Path) ->
     assert stamps == NOISE_NS[:4]
     assert "what follows is lost" in str(reader.losses[0])
     assert any("no metadata.yaml" in note for note in reader.notes)
-
-
-def test_only_the_footer_missing_loses_nothing_but_is_said(tmp_path: Path) -> None:
-    file = storage_file(write_bag(tmp_path / "bag", rgbd_entries()))
-    file.write_bytes(file.read_bytes()[:-20])
-    stamps, reader = read(file.parent)
-    assert len(stamps) == FRAMES
-    assert not reader.damaged
-    assert any("without its index" in note for note in reader.notes)
 
 
 @METADATA_ROW
@@ -132,7 +117,7 @@ def test_without_metadata_the_file_is_opened_directly_with_a_note(storage, compr
         b"rosbag2_bagfile_information:",
         b"rosbag2_bagfile_information: {topics_with_message_count: 7, relative_file_paths: []}",
         b"rosbag2_bagfile_information: {topics_with_message_count: [], relative_file_paths: bag.mcap}",
-        b"{" * 2_000,
+        b"{" * 500,
         b"&a [*a]",
     ],
 )
@@ -245,35 +230,6 @@ def test_a_broken_or_missing_part_of_a_split_bag_costs_no_other(part, damage, sa
     assert any(says in loss.reason for loss in reader.losses)
 
 
-def rename_storage(bag: Path) -> None:
-    storage_file(bag).rename(bag / "other.mcap")
-
-
-def promise_another_topic(bag: Path) -> None:
-    text = (bag / "metadata.yaml").read_text()
-    (bag / "metadata.yaml").write_text(text.replace(COLOUR, "/somewhere/else"))
-
-
-def leave_a_journal(bag: Path) -> None:
-    (bag / "bag.db3-wal").write_bytes(b"7" * 4096)
-
-
-@pytest.mark.parametrize(
-    ("storage", "damage", "says"),
-    [
-        ("mcap", rename_storage, "lists bag.mcap"),
-        ("mcap", promise_another_topic, f"promises {FRAMES} messages of /somewhere/else"),
-        ("sqlite3", leave_a_journal, "never merged"),
-    ],
-)
-def test_what_does_not_fit_together_is_read_and_told(storage, damage, says, tmp_path: Path) -> None:
-    bag = write_bag(tmp_path / "bag", rgbd_entries(), storage=storage)
-    damage(bag)
-    stamps, reader = read(bag)
-    assert len(stamps) == FRAMES
-    assert any(says in loss.reason for loss in reader.losses)
-
-
 def test_no_storage_file_at_all_is_refused(tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", rgbd_entries(1))
     storage_file(bag).unlink()
@@ -299,3 +255,23 @@ def test_ros1_damage_keeps_what_was_read(tmp_path: Path) -> None:
     assert stamps == NOISE_NS[: len(stamps)]
     assert 0 < len(stamps) < 12
     assert sum(filter(None, lost(reader))) == 12 - len(stamps)
+
+
+@pytest.mark.parametrize(
+    ("storage", "damage", "says"),
+    [
+        ("mcap", lambda bag: storage_file(bag).rename(bag / "other.mcap"), "lists bag.mcap"),
+        ("mcap", lambda bag: replace_in_metadata(bag, COLOUR, "/other"), f"promises {FRAMES} messages of /other"),
+        ("sqlite3", lambda bag: (bag / "bag.db3-wal").write_bytes(b"7" * 4096), "never merged"),
+    ],
+)
+def test_what_does_not_fit_together_is_read_and_told(storage, damage, says, tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", rgbd_entries(), storage=storage)
+    damage(bag)
+    stamps, reader = read(bag)
+    assert len(stamps) == FRAMES
+    assert any(says in loss.reason for loss in reader.losses)
+
+
+def replace_in_metadata(bag: Path, old: str, new: str) -> None:
+    (bag / "metadata.yaml").write_text((bag / "metadata.yaml").read_text().replace(old, new))

@@ -193,15 +193,12 @@ class WatchedMessage(RawMessage):
 @pytest.mark.parametrize("kind", ["near", "one far", "reversed", "random"])
 def test_only_a_few_messages_are_held(kind: str) -> None:
     count = 2000
-    stamps = list(range(count))
-    if kind == "near":
-        stamps = [k + (NEAR_MESSAGES - 1) * (k % NEAR_MESSAGES == 0) for k in stamps]
-    elif kind == "one far":
-        stamps[10], stamps[1500] = stamps[1500], stamps[10]
-    elif kind == "reversed":
-        stamps.reverse()
-    else:
-        random.Random(0).shuffle(stamps)
+    stamps = {
+        "near": [k + (NEAR_MESSAGES - 1) * (k % NEAR_MESSAGES == 0) for k in range(count)],
+        "one far": [*range(10), 1500, *range(11, 1500), 10, *range(1501, count)],
+        "reversed": list(range(count))[::-1],
+        "random": random.Random(0).sample(range(count), count),
+    }[kind]
     WatchedMessage.now = WatchedMessage.most = 0
     ordered = in_stamp_order(series(stamps), lambda: map(WatchedMessage, range(count)))
     assert [stamps[int(raw.data)] for raw in ordered] == sorted(stamps)

@@ -104,17 +104,6 @@ def test_topics_tell_names_types_and_counts(tmp_path: Path) -> None:
         assert reader.encodings() == {COLOUR: "bgr8", DEPTH: "16UC1"}
 
 
-def test_messages_are_deserialised_only_when_asked_for(tmp_path: Path, monkeypatch) -> None:
-    decoded = []
-    with BagReader(write_bag(tmp_path / "bag", rgbd_entries())) as reader:
-        original = reader._decoder.message
-        monkeypatch.setattr(reader._decoder, "message", lambda raw: decoded.append(raw) or original(raw))
-        messages = reader.messages()
-        assert decoded == []
-        next(messages)
-        assert len(decoded) == 1
-
-
 def test_a_bag_that_is_not_open_is_not_an_empty_bag(tmp_path: Path) -> None:
     reader = BagReader(write_bag(tmp_path / "bag", rgbd_entries(1)))
     for _ in range(2):

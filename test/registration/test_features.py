@@ -46,14 +46,10 @@ def test_a_late_value_that_failed_is_tried_again() -> None:
     assert late() == 7
 
 
-def test_an_image_that_is_small_enough_is_searched_once(studio: Studio) -> None:
-    features = extract(studio.frame(looking(), 1), Config())
-    assert features.fine_keypoints is features.keypoints
-
-
 def test_a_reduced_image_has_fewer_keypoints_at_the_pixels_of_the_full_one(studio: Studio) -> None:
-    frame = studio.frame(looking(), 1)
-    features = extract(frame, REDUCED)
+    whole = studio.features(looking(), 1)
+    assert whole.fine_keypoints is whole.keypoints, "an image that is small enough is searched once"
+    features = extract(studio.frame(looking(), 1), REDUCED)
     few, many = features.keypoints, features.fine_keypoints
     assert 20 < len(few) < len(many)
     for keypoints in (few, many):

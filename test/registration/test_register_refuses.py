@@ -256,9 +256,7 @@ MOVER_HIDES = 0.4
 def with_mover(studio: Studio, x: float, y: float, yaw_deg: float) -> Scene:
     """The room with a painted box of the height of a wardrobe in front of the camera."""
     paint = partial(poster, np.random.default_rng(5), shapes=60)
-    return Scene(
-        studio.scene.surfaces + box(flat((x, y, 0.05), yaw_deg), (0.5, 1.1, 2.2), paint), studio.scene.light
-    )
+    return Scene(studio.scene.surfaces + box(flat((x, y, 0.05), yaw_deg), (0.5, 1.1, 2.2), paint), studio.scene.light)
 
 
 def look_past_mover(
