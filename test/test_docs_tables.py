@@ -69,11 +69,7 @@ def test_the_figures_of_the_readme_are_those_of_the_results() -> None:
 def test_every_mark_names_a_row_of_the_list() -> None:
     unknown = {row: tests for row, tests in hostile_table.marked_tests().items() if row not in hostile_table.rows()}
     assert not unknown
-
-
-def test_no_row_stands_twice() -> None:
-    rows = hostile_table.rows()
-    assert len(rows) == len(set(rows))
+    assert len(hostile_table.rows()) == len(set(hostile_table.rows()))
 
 
 def test_marks_are_those_that_pytest_sees(request: pytest.FixtureRequest) -> None:

@@ -14,7 +14,6 @@ from vigg_ros.bench.worlds import HandheldLoop
 from vigg_ros.cli.main import COMMANDS
 from vigg_ros.cli.show_config import commented_yaml
 from vigg_ros.registration import Config
-from vigg_ros.registration.config import PRESETS
 from vigg_ros.registration.rigid import angle_rad, inverse
 
 ROOT = Path(__file__).parents[1]
@@ -41,13 +40,6 @@ def test_configuration_files_are_the_presets(name: str) -> None:
         f"{path} is out of date; write it again with: vigg config --config {name}"
     )
     assert Config.load(path) == Config.preset(name)
-
-
-@pytest.mark.parametrize("name", PRESETS)
-def test_a_printed_configuration_reads_back(name: str, tmp_path: Path) -> None:
-    config = Config.preset(name)
-    (tmp_path / "config.yaml").write_text(commented_yaml(config))
-    assert Config.load(tmp_path / "config.yaml") == config
 
 
 def test_the_readme_names_every_command_and_what_make_offers() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.worlds import HandheldLoop, render_rgbd, room
-from vigg_ros_testing.scene_folder import VIEWED_BY
+from vigg_ros_testing.doctor_bags import VIEWED_BY
 
 View = tuple[np.ndarray, np.ndarray, np.ndarray]
 

@@ -58,9 +58,7 @@ def test_without_ros_one_line_names_both_remedies(command: str, tmp_path: Path) 
         (["live", str(ROOM), "--ground-truth", "nowhere.tum"], 2, "nowhere.tum"),
     ],
 )
-def test_mistakes_get_one_line_and_a_code(
-    arguments: list[str], code: int, words: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_mistakes_get_one_line_and_a_code(arguments: list[str], code: int, words: str, capsys, monkeypatch) -> None:
     monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "")
     assert main(arguments) == code
     shown = capsys.readouterr()
@@ -69,7 +67,7 @@ def test_mistakes_get_one_line_and_a_code(
 
 
 @pytest.mark.parametrize("words", [["--rate", "0"], ["--rate", "nan"], ["--domain-id", "233"], ["--clock"]])
-def test_options_that_make_no_sense_are_refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_that_make_no_sense_are_refused(words: list[str], capsys) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["play", str(ROOM), *words])
     assert words[0] in capsys.readouterr().err
@@ -80,7 +78,7 @@ def words_for(bag: Path) -> list[str]:
         return shlex.split(arguments_for_bag(reader).shell_line())
 
 
-def test_the_command_for_a_camera_with_depth(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_for_a_camera_with_depth(monkeypatch) -> None:
     monkeypatch.setattr(node_command.shutil, "which", lambda name: None)
     colour, depth = "/camera/color", "/camera/aligned_depth_to_color"
     assert words_for(ROOM) == [
@@ -92,7 +90,7 @@ def test_the_command_for_a_camera_with_depth(monkeypatch: pytest.MonkeyPatch) ->
     ]
 
 
-def test_the_command_for_a_camera_with_lidar_knows_where_the_camera_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_for_a_camera_with_lidar_knows_where_the_camera_stands(monkeypatch) -> None:
     monkeypatch.setattr(node_command.shutil, "which", lambda name: f"/opt/ros/jazzy/bin/{name}")
     words = words_for(STREET)
     assert words[:4] == ["ros2", "run", "vigg_ros", "registrar"]

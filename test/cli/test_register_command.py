@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
-from vigg_ros_testing.doctor_bags import looking_along_x
-from vigg_ros_testing.scene_folder import INTRINSICS, VIEWED_BY
+from vigg_ros_testing.doctor_bags import INTRINSICS, VIEWED_BY, looking_along_x
 
 LOOKING_AHEAD = ["--extrinsics", "0", "0", "0", "-0.5", "0.5", "-0.5", "0.5"]
 
@@ -77,7 +76,7 @@ def test_the_motion_of_scans_is_that_of_the_scanner(
         ("scan.npy", b"no scan", LOOKING_AHEAD, "scan.npy cannot be read as a scan"),
         ("scan.bin", bytes(20), LOOKING_AHEAD, "scan.bin cannot be read as a scan"),
         ("scan.bin", bytes(160), [], "needs --extrinsics X Y Z"),
-        ("scan.bin", bytes(160), ["--extrinsics", *["0"] * 7], "norm"),
+        ("scan.bin", bytes(160), ["--extrinsics", *["0"] * 7], "0.0), expected a finite one of length 1; check"),
         ("scan.bin", bytes(160), ["--extrinsics", *["nan"] * 7], "finite"),
         ("", b"", ["--output", "."], "exists already and is not overwritten"),
     ],

@@ -63,7 +63,7 @@ def test_padding_between_points_and_rows_and_any_order_of_fields_is_read():
 )
 def test_points_that_are_none_are_dropped_with_their_times(bad, dtype):
     points = np.insert(POINTS, [0, 2, 4], bad, axis=0)
-    times = np.array([9, 0.01, 0.02, 9, 0.03, 0.04, 9], "<f4")
+    times = np.array([9, 0.01, 0.02, 9, 0.03, 0.04, 9], dtype[0] + "f4")
     decoded = decode_points(cloud(xyz_table(points, dtype, time=times)))
     np.testing.assert_array_equal(decoded.points, POINTS)
     np.testing.assert_array_equal(decoded.times_s, np.float32([0.01, 0.02, 0.03, 0.04]))
