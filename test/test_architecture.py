@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The flow has one direction: a room of the package imports only from the rooms before it."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The generated tables of the pages are those of the source, and every mark names a row of the list."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

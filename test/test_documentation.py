@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the documentation shows is what the code does."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The examples run, and their answers are right."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -5,8 +5,6 @@
 The stand-ins record what is made; whether ROS does with it what is meant is not tested here.
 """
 
-from __future__ import annotations
-
 import runpy
 import sys
 from collections.abc import Callable
@@ -95,9 +93,7 @@ FRONT = {"rgb/image": "/front/image_raw", "rgb/camera_info": "/front/camera_info
         ({"sensor": "velodyne", "camera": "front/"}, {**FRONT, "points": "/velodyne_points"}, "points", "lidar"),
     ],
 )
-def test_a_sensor_takes_one_line(
-    launch_file: ModuleType, arguments: dict[str, str], topics: dict[str, str], geometry: str, config: str
-) -> None:
+def test_a_sensor_takes_one_line(launch_file, arguments, topics, geometry, config) -> None:
     remappings, parameters = node_of(started(launch_file, **arguments))
     assert remappings == topics
     assert (parameters["geometry"], parameters["config"]) == (geometry, config)

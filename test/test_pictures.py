@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures whose pixels can be foretold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

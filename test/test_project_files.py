@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What stands around the package for those who work on it agrees with the package."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import re

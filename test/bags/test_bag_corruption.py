@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random corruptions of each kind of bag: an error with words, or losses that are counted."""
 
-from __future__ import annotations
-
 import random
 import shutil
 from collections import Counter

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags that are cut, broken or incomplete: refused with a remedy, or read as far as it goes with each loss counted."""
 
-from __future__ import annotations
-
 import sqlite3
 from pathlib import Path
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages that are not what their type says, and definitions that are not definitions."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import replace
 from pathlib import Path

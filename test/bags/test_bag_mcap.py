@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The MCAP reader that needs no index, on files built record by record after the specification."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 from zlib import crc32

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages come in the order in which the sensors looked, whatever the recorder's clock did."""
 
-from __future__ import annotations
-
 import random
 import weakref
 from dataclasses import replace

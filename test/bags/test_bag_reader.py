@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole bags of every kind say the same."""
 
-from __future__ import annotations
-
 import shutil
 from functools import partial
 from pathlib import Path

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages as the bytes that ROS 2 sends, and which topics were latched."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which topics are taken, by the names that real cameras and data sets use; what is unclear is asked for."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stamps without rounding, and poses that are poses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is written is read back, is never written over something, and is the same each time."""
 
-from __future__ import annotations
-
 import sqlite3
 from pathlib import Path
 from unittest.mock import Mock

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A few small views of a room, and a folder of them in the layout 7scenes: rendered once for all commands."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line as a user meets it: exit codes, one-line errors, files left behind."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shlex

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options of the command line, and files: what is odd is refused before anything is read, with exit code 2."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from pathlib import Path
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of `vigg doctor`: about the bundled bags, and about bags with one thing wrong."""
 
-from __future__ import annotations
-
 import shlex
 from argparse import ArgumentParser
 from dataclasses import replace

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """``vigg evaluate``: its parts from the command line to the files they leave."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import json

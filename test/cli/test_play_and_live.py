@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """``vigg play`` and ``vigg live`` before anything is played: mistakes, missing ROS, and the node's command line."""
 
-from __future__ import annotations
-
 import shlex
 import subprocess
 import sys

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """``vigg register``: from files to the printed transform, the pictures and the exit code."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2
@@ -46,9 +44,7 @@ def test_it_says_why_there_is_no_answer(files: list[str], tmp_path: Path, capsys
     assert "no answer: NO_TEXTURE" in capsys.readouterr().out
 
 
-def test_the_motion_of_scans_is_that_of_the_scanner(
-    files: list[str], scene_folder: Path, tmp_path: Path, capsys
-) -> None:
+def test_the_motion_of_scans_is_that_of_the_scanner(files, scene_folder, tmp_path, capsys) -> None:
     """--extrinsics means the same as for `vigg replay`."""
     T_points_camera = looking_along_x()
     T_points_camera[:3, 3] = 0.3, -0.2, 0.1
@@ -81,9 +77,7 @@ def test_the_motion_of_scans_is_that_of_the_scanner(
         ("", b"", ["--output", "."], "exists already and is not overwritten"),
     ],
 )
-def test_what_cannot_be_registered_is_usage(
-    changed: str, content: bytes, options: list[str], words: str, files: list[str], tmp_path: Path, capsys
-) -> None:
+def test_what_cannot_be_registered_is_usage(changed, content, options, words, files, tmp_path, capsys) -> None:
     if changed:
         (tmp_path / changed).write_bytes(content)
         files[0 if changed.startswith("target") else 1] = str(tmp_path / changed)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers, files and frames that cannot be used: one line and an exit code, never a traceback."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

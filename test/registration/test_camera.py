@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pinhole by hand: fx 100, fy 50, centre (10, 20)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cliques of graphs whose cliques are known, and hypotheses computed by hand."""
 
-from __future__ import annotations
-
 import resource
 import tracemalloc
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options: read, changed, refused and written; a refusal says what was found, and changes nothing."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -181,9 +179,7 @@ CHANGED = Config().replace({"visual.top_k": 9, "cliques.inlier_threshold_m": 1.0
         *((yaml.safe_dump({node: PARAMETERS}), CHANGED) for node in ("/registrar", "/**", "registrar")),
     ],
 )
-def test_a_file_changes_its_preset_or_the_default_and_may_be_one_for_ros(
-    text: str, expected: Config, tmp_path: Path
-) -> None:
+def test_a_file_changes_its_preset_or_the_default_and_may_be_one_for_ros(text, expected, tmp_path) -> None:
     assert load(tmp_path, text) == expected
 
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is kept with a frame: at once, or when doubt asks for it."""
 
-from __future__ import annotations
-
 import threading
 import time
 from unittest.mock import Mock

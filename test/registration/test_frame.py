@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which pixel of a depth image sees which point, and what is refused as a frame."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

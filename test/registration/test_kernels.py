@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every compiled kernel against its NumPy twin, and both against what is known without either."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -52,9 +50,7 @@ def rows_sorted(points: Points) -> Points:
         (cloud(0, 200_000, 4.0), 0.1, (0.0, np.inf), 4 * 2**14),  # the first table has grown twice
     ],
 )
-def test_voxel_means_equal_their_twin(
-    points: Points, voxel_m: float, ranges_m: tuple[float, float], voxels: int
-) -> None:
+def test_voxel_means_equal_their_twin(points, voxel_m, ranges_m, voxels) -> None:
     found, expected = (means(points, voxel_m, *ranges_m) for means in (voxel_means, voxel_means_plain))
     assert len(found) > voxels
     # Sums in another order, rounded to float32 at coordinates up to 6 m.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Visual-guided geometric matching: the error distribution is that of the noise, the zone as wide as it says."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

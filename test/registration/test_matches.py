@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Matched points travel together."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np

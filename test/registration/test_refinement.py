@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The last step: exact on exact data, honest about noise, and silent about what nothing determines."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -148,9 +146,7 @@ def test_the_covariance_is_about_the_axes_of_the_target(step: tuple[Surface, Sur
     np.testing.assert_allclose(rotated, both @ straight @ both.T, rtol=0.02, atol=0.02 * straight.diagonal().min())
 
 
-def test_the_covariance_is_of_the_motion_whatever_the_source_calls_its_origin(
-    step: tuple[Surface, Surface, Pose],
-) -> None:
+def test_the_covariance_is_of_the_motion_whatever_the_source_calls_its_origin(step) -> None:
     """Source points counted from 10 m beside: the same fit, with a lever. t' = t + R s, so dt' = dt + dr x R s."""
     target, source, T = step
     # Whole patches of 8 voxels, so that the same points are taken together.

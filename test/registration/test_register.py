@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two looks at a rendered room: the motion between them is known, and so is the noise."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
@@ -175,9 +173,7 @@ def test_every_stage_is_timed(studio: Studio) -> None:
     ],
     ids=["the paper's method", "ORB"],
 )
-def test_other_methods_find_the_motion(
-    config: Config, rotation_deg: float, translation_m: float, studio: Studio
-) -> None:
+def test_other_methods_find_the_motion(config, rotation_deg, translation_m, studio) -> None:
     pair = PAIRS["a step"]
     found = answer(register_frames(*(studio.frame(pose, seed) for seed, pose in enumerate(pair)), config))
     assert_near(found.T_target_source, truth(*pair), rotation_deg=rotation_deg, translation_m=translation_m)

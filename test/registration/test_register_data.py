@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real sensors against poses of a reconstruction and of refined scans, where the data is there."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

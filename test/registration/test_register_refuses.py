@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A wrong pose is worse than none: what cannot be registered is refused, by name, with its evidence."""
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from collections.abc import Iterable
@@ -292,9 +290,7 @@ TWO_MOTIONS = pytest.mark.xfail(
         pytest.param((0, -0.25, 0), (0.3, 0.1, 0), marks=TWO_MOTIONS, id="across a step"),
     ],
 )
-def test_a_moving_box_does_not_take_the_camera_with_it(
-    moved: tuple[float, float, float], step: tuple[float, float, float], studio: Studio
-) -> None:
+def test_a_moving_box_does_not_take_the_camera_with_it(moved, step, studio) -> None:
     assert_not_wrong(*look_past_mover(studio, moved, step))
 
 

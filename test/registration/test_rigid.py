@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rigid motions and quaternions: angles to the last digit, and fits whose answer is known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

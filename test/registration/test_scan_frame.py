@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which pixel sees which point of a scan."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

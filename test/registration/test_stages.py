@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Timings are collected from outside, and only while somebody records."""
 
-from __future__ import annotations
-
 import threading
 import time
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a sensor saw along its lines of sight, against surfaces in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray

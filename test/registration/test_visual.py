@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Visual matches by hand-made descriptors, and detectors on drawn images."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

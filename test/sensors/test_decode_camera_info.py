@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """CameraInfo: which matrix describes which images. Calibrations that are none are in test_message_refusals.py."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

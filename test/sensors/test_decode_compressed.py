@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """JPEG, PNG and compressedDepth: files made by their specifications. Those that lie are in test_image_refusals.py."""
 
-from __future__ import annotations
-
 import struct
 
 import numpy as np

@@ -5,8 +5,6 @@
 Warnings are errors here as everywhere in the tests, so no overflow passes in silence.
 """
 
-from __future__ import annotations
-
 import copy
 from types import SimpleNamespace
 from typing import Any

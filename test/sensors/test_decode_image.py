@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images of colours and depth: each encoding by hand. What is refused is in test_image_refusals.py."""
 
-from __future__ import annotations
-
 import array
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """PointCloud2: every legal layout gives the same points. The others are in test_message_refusals.py."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

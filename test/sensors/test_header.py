@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stamps, frame names and odd poses that are taken. What is refused is in test_message_refusals.py."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

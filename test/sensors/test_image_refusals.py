@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What decoders of images refuse, one message a line, by its code before it costs memory; and what they note."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from typing import Any

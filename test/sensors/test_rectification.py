@@ -6,8 +6,6 @@ The raw images are linear ramps, which bilinear sampling gives back exactly: a r
 the ramp's value at the place where the model says it comes from.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """RVL: a stream worked out by hand, round trips, and the kernel against the plainest reader on any bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small bags with nothing wrong, written by rosbags itself; the tests break one thing at a time."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass

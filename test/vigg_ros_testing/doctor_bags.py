@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small bags of a camera with depth images or a scanner, for the pages about them; and the camera of conftest.py."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
