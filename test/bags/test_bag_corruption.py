@@ -15,7 +15,6 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.registration.errors import BagError
 from vigg_ros_testing.bag_samples import (
     Entry,
-    cut,
     noise_entries,
     rgbd_entries,
     storage_file,
@@ -61,28 +60,22 @@ def corrupt(bag: Path, rng: random.Random) -> str:
     files = sorted(bag.iterdir()) if bag.is_dir() else [bag]
     # Mostly the storage: metadata.yaml is small, and nearly any flip there is garbage.
     file = storage_file(bag) if bag.is_dir() and rng.random() < 0.8 else rng.choice(files)
-    data = bytearray(file.read_bytes())
-    way = rng.choice(("flip one", "flip many", "zero", "cut", "drop", "double", "noise"))
+    data = file.read_bytes()
     start = rng.randrange(len(data))
     # Heads and tails hold what readers look at first.
     start = rng.choice((start, start % 200, len(data) - 1 - start % 200))
     length = min(rng.choice((1, 8, 500, 100_000)), len(data) - start)
-    if way == "flip one":
-        data[start] ^= 1 << rng.randrange(8)
-    elif way == "flip many":
-        for _ in range(20):
-            data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
-    elif way == "zero":
-        data[start : start + length] = bytes(length)
-    elif way == "noise":
-        data[start : start + length] = rng.randbytes(length)
-    elif way == "drop":
-        del data[start : start + length]
-    elif way == "double":
-        data[start:start] = data[start : start + length]
-    file.write_bytes(data)
-    if way == "cut":
-        cut(file, rng.random())
+    before, part, after = data[:start], data[start : start + length], data[start + length :]
+    ways = {
+        "flip": bytes((part[0] ^ 1 << rng.randrange(8),)) + part[1:] + after,
+        "zero": bytes(length) + after,
+        "noise": rng.randbytes(length) + after,
+        "drop": after,
+        "double": 2 * part + after,
+        "cut": b"",
+    }
+    way = rng.choice(list(ways))
+    file.write_bytes(before + ways[way])
     return f"{way} {length} bytes at {start} of {file.name}"
 
 

@@ -31,6 +31,7 @@ from vigg_ros_testing.bag_samples import (
     write_bag,
     write_ros1_bag,
 )
+from vigg_ros_testing.short_recordings import looped
 
 LOG_ROW = pytest.mark.hostile("Bags: log time out of order: order by header stamp")
 S = 1_000_000_000
@@ -132,18 +133,9 @@ def test_tf_static_comes_first(tmp_path: Path) -> None:
         assert next(reader.messages()).topic == "/tf_static"
 
 
-def looped(times: int, frames: int = 60):
-    """The same bag played several times with a pause, and recorded with the old headers."""
-    found = []
-    for loop in range(times):
-        shift = loop * (frames * 33_333_333 + 2 * S)
-        found += [replace(one, log_ns=one.log_ns + shift) for one in rgbd_entries(frames)]
-    return found
-
-
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_loops_are_sorted_each_on_its_own(storage: str, tmp_path: Path) -> None:
-    with BagReader(write_bag(tmp_path / "bag", looped(3), storage=storage)) as reader:
+    with BagReader(write_bag(tmp_path / "bag", looped(rgbd_entries(60), 3), storage=storage)) as reader:
         messages = list(reader.messages([COLOUR, DEPTH]))
     for topic in (COLOUR, DEPTH):
         values = [int(one.message.data[0]) for one in messages if one.topic == topic]

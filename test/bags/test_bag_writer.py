@@ -27,6 +27,7 @@ from vigg_ros.messages.pose_messages import (
 from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.registration.errors import BagError
 from vigg_ros_testing.bag_samples import CAMERA, START_NS
+from vigg_ros_testing.real_messages import cdr
 
 HEADER = {"stamp_ns": START_NS, "frame_id": "camera"}
 STATUS = encode_diagnostic_status(1, "registrar", "lost", values={"inliers": 3})
@@ -61,33 +62,18 @@ def write(path: Path, **options: str) -> Path:
     return path
 
 
-def plain(value: object) -> object:
-    """A message object or fields as nested dicts, lists and numbers."""
-    if isinstance(value, Message):
-        return {name: plain(field) for name, field in value.fields.items()}
-    if hasattr(value, "__msgtype__"):
-        # rosbags keeps a type's constants, which are in capitals, beside its fields.
-        fields = {name: field for name, field in vars(value).items() if name == name.lower() != "__msgtype__"}
-        return {name: plain(field) for name, field in fields.items()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    return ord(value) if isinstance(value, bytes) else value
-
-
 @pytest.mark.parametrize(("storage", "compression"), WAYS)
 def test_every_message_comes_back_as_it_was_and_the_bytes_are_the_same_each_time(
     storage: str, compression: str, tmp_path: Path
 ) -> None:
     bags = [write(tmp_path / at / "bag", storage=storage, compression=compression) for at in "ab"]
     with BagReader(bags[0]) as reader:
-        read = {one.topic: (one.type, one.log_ns, plain(one.message)) for one in reader.messages()}
+        read = [(one.topic, one.type, one.log_ns, one.data) for one in reader.serialised()]
         assert not reader.damaged
-    assert read == {
-        topic: (message.type, START_NS + number, plain(message))
+    assert read == [
+        (topic, message.type, START_NS + number, cdr(message))
         for number, (topic, message) in enumerate(MESSAGES.items())
-    }
+    ]
     first, second = ({file.name: file.read_bytes() for file in bag.iterdir()} for bag in bags)
     assert len(first) == 2
     assert first == second

@@ -76,10 +76,11 @@ def test_clear_pairs_need_neither_landmarks_nor_the_full_image(studio: Studio) -
 def test_doubt_calls_for_everything_and_it_is_kept(studio: Studio) -> None:
     # Turned by 42 deg of 60: a dozen keypoints in common.
     poses = (look_at((-0.6, 0, 1.4), (-0.6 + np.cos(a), np.sin(a), 1.15)) for a in np.deg2rad((106, 148)))
-    target, source = reduced(studio, *poses)
     with record_stages() as timings_ms:
+        target, source = reduced(studio, *poses)
         register(target, source, REDUCED)
-    assert {"features", "global matches", "local matches", "keypoints"} <= set(timings_ms)
+    stages = {"features", "global matches", "local matches", "keypoints"}  # and those of every pair:
+    assert stages | {"surface", "visual matches", "cliques", "refinement", "verification"} <= set(timings_ms)
     with record_stages() as timings_ms:
         again = register(target, source, REDUCED)
     assert not {"features", "keypoints"} & set(timings_ms), "made anew"

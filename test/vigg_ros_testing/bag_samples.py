@@ -139,13 +139,6 @@ def storage_file(bag: Path) -> Path:
     return found
 
 
-def edit_metadata(bag: Path, **changes: object) -> None:
-    path = bag / "metadata.yaml"
-    document = yaml.safe_load(path.read_text())
-    document["rosbag2_bagfile_information"].update(changes)
-    path.write_text(yaml.safe_dump(document))
-
-
 def noise_entries(count: int, *, topic: str = COLOUR) -> list[Entry]:
     """Images of 270 kB that cannot be compressed, so that a bag of them has several chunks."""
     rng = np.random.default_rng(1)
