@@ -5,6 +5,7 @@
 import shutil
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -93,14 +94,10 @@ def test_only_the_chosen_topics_are_read(order: str, tmp_path: Path) -> None:
 
 
 def test_topics_tell_names_types_and_counts(tmp_path: Path) -> None:
-    bag = write_bag(tmp_path / "bag", [*rgbd_entries(1), tf_static_entry()])
-    with BagReader(bag) as reader:
-        assert reader.topics == (
-            Topic(DEPTH, "sensor_msgs/msg/Image", 1),
-            Topic(INFO, "sensor_msgs/msg/CameraInfo", 1),
-            Topic(COLOUR, "sensor_msgs/msg/Image", 1),
-            Topic(TRUTH, "geometry_msgs/msg/PoseStamped", 1),
-            Topic("/tf_static", "tf2_msgs/msg/TFMessage", 1),
+    entries = [*rgbd_entries(1), tf_static_entry()]
+    with BagReader(write_bag(tmp_path / "bag", entries)) as reader:
+        assert reader.topics == tuple(
+            sorted((Topic(one.topic, one.type, 1) for one in entries), key=attrgetter("name"))
         )
         assert reader.encodings() == {COLOUR: "bgr8", DEPTH: "16UC1"}
 

@@ -80,28 +80,19 @@ def test_every_message_comes_back_as_it_was_and_the_bytes_are_the_same_each_time
 
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
-def test_tf_static_is_marked_as_latched(storage: str, tmp_path: Path) -> None:
+def test_the_metadata_is_what_ros2_jazzy_reads_and_tf_static_marked_as_latched(storage: str, tmp_path: Path) -> None:
     bag = write(tmp_path / "bag", storage=storage)
+    information = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert (information["version"], information["message_count"]) == (9, len(MESSAGES))
+    assert information["starting_time"]["nanoseconds_since_epoch"] == START_NS
     with rosbag2.Reader(bag) as reader:
         profiles = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
     (latched,) = profiles.pop("/tf_static")
-    assert (latched.durability, latched.reliability, latched.history, latched.depth) == (
-        QosDurability.TRANSIENT_LOCAL,
-        QosReliability.RELIABLE,
-        QosHistory.KEEP_LAST,
-        1,
-    )
+    assert (latched.durability, latched.reliability) == (QosDurability.TRANSIENT_LOCAL, QosReliability.RELIABLE)
+    assert (latched.history, latched.depth) == (QosHistory.KEEP_LAST, 1)
     assert all(not others for others in profiles.values())
     with BagReader(bag) as ours:
         assert ours.latched() == {"/tf_static"}
-
-
-def test_the_metadata_is_what_ros2_jazzy_reads(tmp_path: Path) -> None:
-    text = (write(tmp_path / "bag") / "metadata.yaml").read_text()
-    information = yaml.safe_load(text)["rosbag2_bagfile_information"]
-    assert information["version"] == 9
-    assert information["message_count"] == len(MESSAGES)
-    assert information["starting_time"]["nanoseconds_since_epoch"] == START_NS
 
 
 @DISK_ROW

@@ -17,9 +17,6 @@ from vigg_ros_testing.registration_samples import motion
 
 Points = NDArray[np.float32]
 
-FAR_OR_MISSING = np.array([(1e6, 0, 0), (-1e6, 0, 0), (0, 0, 1e30), (np.nan, 0, 2), (0.3, -0.2, -5)])
-"""Places that no point of ``cloud`` is near."""
-
 
 def cloud(seed: int, count: int = 400, spread_m: float = 1.0) -> Points:
     rng = np.random.default_rng(seed)
@@ -173,9 +170,10 @@ def test_symmetric_icp_residuals_equal_their_twin(radius: float) -> None:
 def test_points_far_off_have_no_neighbours() -> None:
     target = cloud(0)
     index = CellIndex.build(target, 0.25)
-    runs = index.runs_at(FAR_OR_MISSING)
+    far = np.array([(1e6, 0, 0), (-1e6, 0, 0), (0, 0, 1e30), (np.nan, 0, 2), (0.3, -0.2, -5)])
+    runs = index.runs_at(far)
     assert (runs[..., 1] - runs[..., 0] == 0).all()
-    points, in_cells = FAR_OR_MISSING.astype(np.float32), (target[index.order], unit_vectors(0, 400)[index.order])
+    points, in_cells = far.astype(np.float32), (target[index.order], unit_vectors(0, 400)[index.order])
     found = symmetric_icp_residuals((points, points), np.eye(4), in_cells, index.lookup(), 0.25, -1.0)
     assert [values.shape for values in found] == [(0,), (0,), (0, 6)]
 

@@ -33,7 +33,7 @@ DEPTH, TRUTH = "/camera/aligned_depth_to_color/image_raw", "/ground_truth/pose"
 
 @dataclass(frozen=True)
 class Entry:
-    """One message as a recorder gets it."""
+    """One message as a recorder gets it, and as it is in a bag."""
 
     topic: str
     type: str
