@@ -7,6 +7,7 @@ import json
 import shlex
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -103,9 +104,25 @@ def test_an_existing_output_is_refused_and_kept(bag: Path, tmp_path: Path, capsy
     assert (tmp_path / "kept").read_text() == "mine"
 
 
+NEEDS_ROS = pytest.mark.skipif(
+    find_spec("rclpy") is None, reason="needs ROS 2: source Jazzy, or pip install 'vigg_ros[ros]'"
+)
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
+        *(
+            pytest.param([command, *options], code, words, marks=NEEDS_ROS)
+            for command, options, code, words in (
+                ("play", ["nowhere"], 3, "nowhere does not exist"),
+                ("play", ["{bag}", "--image-topic", "/nope"], 2, "/nope is not in the bag"),
+                ("live", ["nowhere"], 3, "nowhere does not exist"),
+                ("live", ["{bag}", "--config", "rgdb"], 2, "did you mean rgbd"),
+                ("live", ["{bag}", "--set", "visual.topk=3"], 2, "did you mean visual.top_k"),
+                ("live", ["{bag}", "--ground-truth", "nowhere.tum"], 2, "nowhere.tum"),
+            )
+        ),
         (["replay", "nowhere"], 3, "nowhere"),
         (["replay", "{bag}", "--config", "rgdb"], 2, "did you mean rgbd"),
         (["replay", "{bag}", "--set", "visual.top_k=many"], 2, "expected int"),
@@ -115,7 +132,8 @@ def test_an_existing_output_is_refused_and_kept(bag: Path, tmp_path: Path, capsy
         (["doctor", "{tmp}"], 3, "is not a bag"),
     ],
 )
-def test_mistakes_get_one_line_and_a_code(arguments, code: int, words: str, bag: Path, tmp_path: Path, capsys) -> None:
+def test_mistakes_get_one_line_and_a_code(arguments, code, words, bag, tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "")
     assert main([argument.format(bag=bag, tmp=tmp_path) for argument in arguments]) == code
     shown = capsys.readouterr()
     assert words in shown.err

@@ -5,7 +5,6 @@
 import shlex
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +22,6 @@ from vigg_ros.registration.camera import Camera
 
 ROOT = Path(__file__).parents[2]
 ROOM, STREET = ROOT / "bags" / "room_rgbd", ROOT / "bags" / "street_lidar"
-NEEDS_ROS = pytest.mark.skipif(
-    find_spec("rclpy") is None, reason="needs ROS 2: source Jazzy, or pip install 'vigg_ros[ros]'"
-)
 
 
 @pytest.mark.parametrize("command", ["play", "live"])
@@ -41,27 +37,6 @@ def test_without_ros_one_line_names_both_remedies(command: str, tmp_path: Path) 
     assert "source /opt/ros/jazzy/setup.bash" in line
     assert "pip install 'vigg_ros[ros]'" in line
     assert done.stdout == ""
-
-
-@NEEDS_ROS
-@pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        (["play", "nowhere"], 3, "nowhere does not exist"),
-        (["play", str(ROOM), "--image-topic", "/nope"], 2, "/nope is not in the bag"),
-        (["live", "nowhere"], 3, "nowhere does not exist"),
-        (["live", str(ROOM), "--config", "rgdb"], 2, "did you mean rgbd"),
-        (["live", str(ROOM), "--set", "visual.topk=3"], 2, "did you mean visual.top_k"),
-        (["live", str(ROOM), "--image-topic", "/nope"], 2, "/nope"),
-        (["live", str(ROOM), "--ground-truth", "nowhere.tum"], 2, "nowhere.tum"),
-    ],
-)
-def test_mistakes_get_one_line_and_a_code(arguments: list[str], code: int, words: str, capsys, monkeypatch) -> None:
-    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "")
-    assert main(arguments) == code
-    shown = capsys.readouterr()
-    assert words in shown.err.splitlines()[-1]
-    assert "Traceback" not in shown.err
 
 
 @pytest.mark.parametrize("words", [["--rate", "0"], ["--rate", "nan"], ["--domain-id", "233"], ["--clock"]])
