@@ -144,13 +144,10 @@ def test_a_bag_that_is_not_finished_looks_unfinished(fault: str, tmp_path: Path,
     assert not (tmp_path / "bag" / "metadata.yaml").exists()
 
 
-def test_chunks_are_mcaps_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["a?b", "a#b", "a%20b"])
+def test_sqlite_is_not_led_astray_by_its_own_addresses_and_has_no_chunks(name: str, tmp_path: Path) -> None:
     with pytest.raises(BagError, match="chunk needs the storage mcap"):
         BagWriter(tmp_path / "bag", storage="sqlite3", compression="chunk")
-
-
-@pytest.mark.parametrize("name", ["a?b", "a#b", "a%20b"])
-def test_sqlite_is_not_led_astray_by_its_own_addresses(name: str, tmp_path: Path) -> None:
     with pytest.raises(BagError, match="use mcap"):
         BagWriter(tmp_path / name, storage="sqlite3")
     with BagReader(write(tmp_path / name)) as reader:

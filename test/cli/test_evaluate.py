@@ -47,7 +47,7 @@ def test_pairs_of_a_folder(scene_folder: Path, tmp_path: Path, capsys) -> None:
     summary = json.loads((output / "pairs.json").read_text())
     assert [one["recall"] for one in summary["summaries"]] == [100.0] * 4
     assert summary["limits"]["recall_deg"] == 15
-    assert summary["command"].startswith("vigg ")
+    assert summary["command"].startswith("vigg")
     assert cv2.imread(str(output / "pairs.png")) is not None
     # The same once more: nothing is run again, so that even the times are equal.
     (scene_folder / "frame-000001.depth.png").write_bytes(b"cut")

@@ -15,7 +15,6 @@ from vigg_ros.registration.options import CliqueConfig
 
 OPTIONS = {name: (spec, value) for name, spec, value in Config().options()}
 NUMBERS = [name for name, (spec, _) in OPTIONS.items() if type(spec.default) in (int, float)]
-UNKNOWN_ROW = pytest.mark.hostile("Parameters: unknown key F with a suggestion")
 RANGE_ROW = pytest.mark.hostile("Parameters: NaN or out of range F, or refused at run time with the old value kept")
 
 
@@ -50,7 +49,7 @@ def test_replace_changes_what_it_names_and_nothing_else() -> None:
     assert before.replace({}) == before
 
 
-@UNKNOWN_ROW
+@pytest.mark.hostile("Parameters: unknown key F with a suggestion")
 @pytest.mark.parametrize(
     ("name", "suggestion"),
     [
