@@ -6,12 +6,16 @@ Of the profiles of hypothesis `make fuzz` chooses the second one. A world is ren
 than registering it.
 """
 
-from __future__ import annotations
+import shutil
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from hypothesis import settings
 
-from vigg_ros.bench.worlds import hall_of_columns, room, single_plane
+from vigg_ros.bench.worlds import HandheldLoop, hall_of_columns, render_rgbd, room, single_plane
+from vigg_ros_testing.doctor_bags import VIEWED_BY
 from vigg_ros_testing.registration_samples import Studio
 
 # No deadline: a timing is never asserted in a test. Derandomized: a red run is red again.
@@ -36,3 +40,28 @@ def wall() -> Studio:
 def hall() -> Studio:
     """A hall that looks the same every 1.2 m."""
     return Studio(hall_of_columns(seed=2))
+
+
+@pytest.fixture(scope="session")
+def views() -> list[tuple[np.ndarray, ...]]:
+    """Four of them: image, depth (m), pose."""
+    world, path = room(seed=2), HandheldLoop()
+    poses = [path.T_world_camera(0.1 * k) for k in range(4)]
+    return [(*render_rgbd(world, VIEWED_BY, pose), pose) for pose in poses]
+
+
+@pytest.fixture(scope="session")
+def untouched_folder(views: list[tuple[np.ndarray, ...]], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("views")
+    for k, (image, depth_m, pose) in enumerate(views[:3]):
+        cv2.imwrite(str(folder / f"frame-{k:06d}.color.png"), image)
+        cv2.imwrite(str(folder / f"frame-{k:06d}.depth.png"), np.rint(1000 * depth_m).astype(np.uint16))
+        np.savetxt(folder / f"frame-{k:06d}.pose.txt", pose)
+    np.savetxt(folder / "camera-intrinsics.txt", VIEWED_BY.matrix)
+    return folder
+
+
+@pytest.fixture
+def scene_folder(untouched_folder: Path, tmp_path: Path) -> Path:
+    """The first three views; a test may change them."""
+    return shutil.copytree(untouched_folder, tmp_path / "scene")

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The flow has one direction: a room of the package imports only from the rooms before it."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path
@@ -88,34 +86,25 @@ def test_imports_follow_the_flow(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("module", "source"),
+    ("module", "source", "count"),
     [
-        ("vigg_ros.registration.cliques", "from vigg_ros.acceptance import checks"),
-        ("vigg_ros.registration.vigg", "from vigg_ros.tracking import Registrar"),
-        ("vigg_ros.registration.vigg", "def f():\n    import vigg_ros.bags.reader"),
-        ("vigg_ros.registration.kernels.zone", "from ...tracking import pairing"),
-        ("vigg_ros.acceptance.checks", "from vigg_ros.tracking.result import FrameResult"),
-        ("vigg_ros.sensors.colour_image", "from vigg_ros.bags.reader import Reader"),
-        ("vigg_ros.sensors.colour_image", "from sensor_msgs.msg import Image"),
-        ("vigg_ros.tracking.pairing", "from ..report import page"),
-        ("vigg_ros.tracking.registrar", "import tf2_ros"),
-        ("vigg_ros.pipeline", "from vigg_ros.node import scheduler"),
-        ("vigg_ros.messages.pose_messages", "import vigg_ros.bags.writer"),
-        ("vigg_ros.bags.reader", "import vigg_ros.tracking.pairing"),
-        ("vigg_ros.report.page", "import vigg_ros.cli.console"),
-        ("vigg_ros.report.page", "from vigg_ros.bench.worlds import room"),
-        ("vigg_ros.pictures", "from vigg_ros.registration import Frame"),
-        ("vigg_ros.node.scheduler", "from vigg_ros.bags import writer"),
-        ("vigg_ros.node.player.live", "from vigg_ros.cli.console import UsageError"),
-        ("vigg_ros.cli.main", "from vigg_ros import node"),
-        ("vigg_ros.cli.main", "from vigg_ros.bench import methods"),
-        ("vigg_ros.cli.live", "import rclpy"),
-        ("vigg_ros.cli.replay", "from rosbags.highlevel import AnyReader"),
-        ("vigg_ros.utils", ""),
+        ("registration.cliques", "from vigg_ros.acceptance import checks", 1),
+        ("registration.vigg", "import numpy\nfrom vigg_ros.acceptance.checks import judge", 0),
+        ("registration.vigg", "def f():\n    import vigg_ros.bags.reader", 1),
+        ("registration.kernels.zone", "from ...tracking import pairing", 1),
+        ("sensors.colour_image", "from sensor_msgs.msg import Image", 1),
+        ("tracking.registrar", "import tf2_ros", 1),
+        ("bags.reader", "import rosbags.rosbag2", 0),
+        ("cli.replay", "from rosbags.highlevel import AnyReader\nfrom vigg_ros.report import page", 1),
+        ("node.scheduler", "import rclpy\nfrom vigg_ros import pipeline\nfrom vigg_ros.bags import writer", 1),
+        ("node.player.live", "from vigg_ros.cli.console import UsageError", 1),
+        ("cli.main", "from vigg_ros import node\nfrom vigg_ros.bench import methods", 2),
+        ("bench.worlds.render", "from ...registration import Camera\nfrom vigg_ros.cli.console import table", 0),
+        ("utils", "", 1),
     ],
 )
-def test_an_import_against_the_flow_is_found(module: str, source: str) -> None:
-    assert len(violations(source, module)) == 1
+def test_an_import_against_the_flow_is_found_and_one_along_it_let_through(module: str, source: str, count: int) -> None:
+    assert len(violations(source, f"vigg_ros.{module}")) == count
 
 
 def test_relative_imports_of_a_package_are_resolved_from_the_package_itself() -> None:
@@ -123,21 +112,6 @@ def test_relative_imports_of_a_package_are_resolved_from_the_package_itself() ->
     assert violations(source, "vigg_ros.bags", is_package=True) == [
         "vigg_ros.bags:2: bags imports vigg_ros.report.page, against the flow"
     ]
-
-
-@pytest.mark.parametrize(
-    ("module", "source"),
-    [
-        ("vigg_ros.registration.vigg", "import numpy\nfrom vigg_ros.acceptance.checks import judge"),
-        ("vigg_ros.bench.worlds.render", "from ...registration import Camera"),
-        ("vigg_ros.bags.reader", "import rosbags.rosbag2"),
-        ("vigg_ros.node.subscriptions", "import rclpy\nfrom vigg_ros import pipeline"),
-        ("vigg_ros.cli.replay", "from vigg_ros.report import page"),
-        ("vigg_ros.bench.commands.benchmark", "from vigg_ros.cli.console import table"),
-    ],
-)
-def test_an_import_along_the_flow_is_let_through(module: str, source: str) -> None:
-    assert violations(source, module) == []
 
 
 def test_no_two_modules_and_no_two_classes_have_one_name() -> None:

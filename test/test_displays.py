@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The displays for RViz and Foxglove show topics that the node has, with fitting types and qualities."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -5,8 +5,6 @@
 The stand-ins record what is made; whether ROS does with it what is meant is not tested here.
 """
 
-from __future__ import annotations
-
 import runpy
 import sys
 from collections.abc import Callable
@@ -24,23 +22,16 @@ STREET = str(ROOT / "bags" / "street_lidar")
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 
 
-class Action(SimpleNamespace):
-    """Any action: its kind, and what it was made with."""
-
-
-class Given(dict):
-    """A launch context: the values of the arguments."""
-
-
-def recorder(kind: str) -> Callable[..., Action]:
-    return lambda *positional, **keywords: Action(kind=kind, positional=positional, **keywords)
+def recorder(kind: str) -> Callable[..., SimpleNamespace]:
+    """Makes any action: its kind, and what it was made with."""
+    return lambda *positional, **keywords: SimpleNamespace(kind=kind, positional=positional, **keywords)
 
 
 @pytest.fixture
 def launch_file(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     actions = ("DeclareLaunchArgument", "ExecuteProcess", "LogInfo", "OpaqueFunction", "SetEnvironmentVariable")
     stand_ins: dict[str, dict[str, Any]] = {
-        "launch": {"LaunchContext": Given, "LaunchDescription": list},
+        "launch": {"LaunchContext": dict, "LaunchDescription": list},
         "launch.actions": {kind: recorder(kind) for kind in actions},
         "launch.substitutions": {
             "LaunchConfiguration": lambda name: SimpleNamespace(perform=lambda context: context[name])
@@ -58,15 +49,15 @@ def launch_file(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return module
 
 
-def started(launch_file: ModuleType, **given: str) -> list[Action]:
+def started(launch_file: ModuleType, **given: str) -> list[SimpleNamespace]:
     """The actions for these arguments, the others at their defaults."""
     *declared, opaque = launch_file.generate_launch_description()
-    context = Given({action.positional[0]: action.default_value for action in declared})
+    context = {action.positional[0]: action.default_value for action in declared}
     assert set(given) <= set(context)
     return opaque.function(context | given)
 
 
-def node_of(actions: list[Action]) -> tuple[dict[str, str], dict[str, Any]]:
+def node_of(actions: list[SimpleNamespace]) -> tuple[dict[str, str], dict[str, Any]]:
     """Remappings and parameters of the registrar."""
     (node,) = [action for action in actions if action.kind == "Node" and action.executable == "registrar"]
     assert (node.package, node.name) == ("vigg_ros", "registrar")
@@ -95,9 +86,7 @@ FRONT = {"rgb/image": "/front/image_raw", "rgb/camera_info": "/front/camera_info
         ({"sensor": "velodyne", "camera": "front/"}, {**FRONT, "points": "/velodyne_points"}, "points", "lidar"),
     ],
 )
-def test_a_sensor_takes_one_line(
-    launch_file: ModuleType, arguments: dict[str, str], topics: dict[str, str], geometry: str, config: str
-) -> None:
+def test_a_sensor_takes_one_line(launch_file, arguments, topics, geometry, config) -> None:
     remappings, parameters = node_of(started(launch_file, **arguments))
     assert remappings == topics
     assert (parameters["geometry"], parameters["config"]) == (geometry, config)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What must agree across the files of the package, and the house's sizes."""
 
-from __future__ import annotations
-
 import ast
 import re
 from importlib import import_module, metadata

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures whose pixels can be foretold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from vigg_ros.pictures import BODY_AXES, MAX_MATCH_LINES, draw_aligned, draw_depth, draw_matches, draw_scan, fit_width
+from vigg_ros.pictures import BODY_AXES, MAX_MATCH_LINES, draw_aligned, draw_depth, draw_matches, draw_scan
 
 BLACK = np.zeros((48, 64, 3), np.uint8)
 GAP = 6
@@ -143,12 +141,6 @@ def test_the_bar_has_a_round_length():
 def test_next_to_no_points_are_drawn_all_the_same(counts):
     target, source = (np.ones((count, 3)) for count in counts)
     assert draw_aligned(target, source, panel_width_px=100).shape == (75, 206, 3)
-
-
-def test_a_picture_is_fitted_to_a_width():
-    assert fit_width(BLACK, None) is BLACK
-    assert fit_width(BLACK, 32).shape == (24, 32, 3)
-    assert fit_width(BLACK, 128).shape == (96, 128, 3)
 
 
 def test_points_of_a_scan_are_drawn_where_they_project_the_near_ones_on_top() -> None:

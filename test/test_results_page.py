@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The generated parts of docs/results.md: where they go, and what they say."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict
 from pathlib import Path

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags that are cut, broken or incomplete: refused with a remedy, or read as far as it goes with each loss counted."""
 
-from __future__ import annotations
-
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -13,10 +12,8 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.registration.errors import BagError
 from vigg_ros_testing.bag_samples import (
     COLOUR,
-    DEPTH,
     FRAMES,
     cut,
-    edit_metadata,
     flip,
     noise_entries,
     opened,
@@ -48,7 +45,7 @@ def lost(reader: BagReader, topic: str = COLOUR) -> list[int | None]:
 
 
 @CUT_ROW
-@pytest.mark.parametrize("share", [0.001, 0.3, 0.6, 0.99])
+@pytest.mark.parametrize("share", [0, 0.001, 0.3, 0.6, 0.99])
 @pytest.mark.parametrize(
     ("storage", "complaint"),
     [
@@ -65,7 +62,10 @@ def test_a_cut_copy_is_refused_with_the_remedy(storage, complaint, share, tmp_pa
         file = storage_file(bag)
     cut(file, share)
     # A stump that holds no message at all cannot be read, whatever its metadata says.
-    with pytest.raises(BagError, match=rf"{complaint}|cannot be read.*copy it again"):
+    complaint = (
+        rf"{complaint}|cannot be read.*copy it again" if share else r"is empty \(0 bytes\): nothing was recorded"
+    )
+    with pytest.raises(BagError, match=complaint):
         opened(bag)
 
 
@@ -78,15 +78,6 @@ def test_an_empty_file_or_one_of_something_else_is_refused(name, content, tmp_pa
         opened(tmp_path / name)
 
 
-@CUT_ROW
-@BOTH
-def test_a_bag_with_an_empty_file_is_refused(storage, tmp_path: Path) -> None:
-    bag = write_bag(tmp_path / "bag", rgbd_entries(), storage=storage)
-    storage_file(bag).write_bytes(b"")
-    with pytest.raises(BagError, match=r"is empty \(0 bytes\): nothing was recorded"):
-        opened(bag)
-
-
 def test_a_recording_that_was_never_closed_is_read_to_its_end(tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", NOISE)
     (bag / "metadata.yaml").unlink()
@@ -96,15 +87,6 @@ def test_a_recording_that_was_never_closed_is_read_to_its_end(tmp_path: Path) ->
     assert stamps == NOISE_NS[:4]
     assert "what follows is lost" in str(reader.losses[0])
     assert any("no metadata.yaml" in note for note in reader.notes)
-
-
-def test_only_the_footer_missing_loses_nothing_but_is_said(tmp_path: Path) -> None:
-    file = storage_file(write_bag(tmp_path / "bag", rgbd_entries()))
-    file.write_bytes(file.read_bytes()[:-20])
-    stamps, reader = read(file.parent)
-    assert len(stamps) == FRAMES
-    assert not reader.damaged
-    assert any("without its index" in note for note in reader.notes)
 
 
 @METADATA_ROW
@@ -132,7 +114,7 @@ def test_without_metadata_the_file_is_opened_directly_with_a_note(storage, compr
         b"rosbag2_bagfile_information:",
         b"rosbag2_bagfile_information: {topics_with_message_count: 7, relative_file_paths: []}",
         b"rosbag2_bagfile_information: {topics_with_message_count: [], relative_file_paths: bag.mcap}",
-        b"{" * 2_000,
+        b"{" * 500,
         b"&a [*a]",
     ],
 )
@@ -182,38 +164,36 @@ def test_a_broken_page_of_a_database_costs_only_its_rows(tmp_path: Path) -> None
     assert lost(reader) == [1]
 
 
-def alter(file: Path, statement: str) -> None:
-    """Change a database behind the back of its metadata."""
-    database = sqlite3.connect(file)
-    database.execute(statement)
-    database.commit()
-    database.close()
-
-
 @FLIP_ROW
-def test_zero_messages_read_without_an_error_are_noticed(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("statement", "lost"),
+    [
+        ("DELETE FROM messages", [f"missing of {FRAMES}"] * 4),
+        (
+            "UPDATE messages SET topic_id = 99 WHERE id IN (3, 4)",
+            ["2 messages belong to no topic", "missing of", "missing of"],
+        ),
+    ],
+)
+def test_what_is_read_without_an_error_is_compared_with_the_metadata(statement, lost, tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", rgbd_entries(), storage="sqlite3")
-    alter(storage_file(bag), "DELETE FROM messages")
-    stamps, reader = read(bag)
-    assert stamps == []
-    assert lost(reader) == lost(reader, DEPTH) == [FRAMES]
-
-
-@FLIP_ROW
-def test_messages_of_no_topic_are_told_even_without_metadata(tmp_path: Path) -> None:
-    file = storage_file(write_bag(tmp_path / "bag", rgbd_entries(), storage="sqlite3"))
-    alter(file, "UPDATE messages SET topic_id = 99 WHERE id IN (3, 4)")
-    _, reader = read(file)
-    assert [loss.reason for loss in reader.losses] == ["bag.db3: 2 messages belong to no topic"]
+    with closing(sqlite3.connect(storage_file(bag))) as database, database:
+        database.execute(statement)
+    _, reader = read(bag)
+    reasons = sorted(map(str, reader.losses))
+    assert len(reasons) == len(lost), reasons
+    assert all(any(text in reason for reason in reasons) for text in lost)
+    (bag / "metadata.yaml").unlink()
+    assert len(read(bag)[1].losses) == lost.count("2 messages belong to no topic")
 
 
 @FLIP_ROW
 @BOTH
 def test_messages_that_only_the_metadata_knows_are_missing(storage: str, tmp_path: Path) -> None:
-    complete = write_bag(tmp_path / "complete", rgbd_entries(), storage=storage)
-    bag = write_bag(tmp_path / "bag", rgbd_entries(FRAMES - 5), storage=storage)
-    (bag / "metadata.yaml").write_bytes((complete / "metadata.yaml").read_bytes())
-    edit_metadata(bag, relative_file_paths=[storage_file(bag).name])
+    complete, bag = tmp_path / "complete" / "bag", tmp_path / "bag"
+    for path, frames in ((complete, FRAMES), (bag, FRAMES - 5)):
+        write_bag(path, rgbd_entries(frames), storage=storage)
+    (complete / "metadata.yaml").replace(bag / "metadata.yaml")
     stamps, reader = read(bag)
     assert len(stamps) == FRAMES - 5
     assert [loss.count for loss in reader.losses] == [5, 5, 5, 5]
@@ -245,35 +225,6 @@ def test_a_broken_or_missing_part_of_a_split_bag_costs_no_other(part, damage, sa
     assert any(says in loss.reason for loss in reader.losses)
 
 
-def rename_storage(bag: Path) -> None:
-    storage_file(bag).rename(bag / "other.mcap")
-
-
-def promise_another_topic(bag: Path) -> None:
-    text = (bag / "metadata.yaml").read_text()
-    (bag / "metadata.yaml").write_text(text.replace(COLOUR, "/somewhere/else"))
-
-
-def leave_a_journal(bag: Path) -> None:
-    (bag / "bag.db3-wal").write_bytes(b"7" * 4096)
-
-
-@pytest.mark.parametrize(
-    ("storage", "damage", "says"),
-    [
-        ("mcap", rename_storage, "lists bag.mcap"),
-        ("mcap", promise_another_topic, f"promises {FRAMES} messages of /somewhere/else"),
-        ("sqlite3", leave_a_journal, "never merged"),
-    ],
-)
-def test_what_does_not_fit_together_is_read_and_told(storage, damage, says, tmp_path: Path) -> None:
-    bag = write_bag(tmp_path / "bag", rgbd_entries(), storage=storage)
-    damage(bag)
-    stamps, reader = read(bag)
-    assert len(stamps) == FRAMES
-    assert any(says in loss.reason for loss in reader.losses)
-
-
 def test_no_storage_file_at_all_is_refused(tmp_path: Path) -> None:
     bag = write_bag(tmp_path / "bag", rgbd_entries(1))
     storage_file(bag).unlink()
@@ -299,3 +250,23 @@ def test_ros1_damage_keeps_what_was_read(tmp_path: Path) -> None:
     assert stamps == NOISE_NS[: len(stamps)]
     assert 0 < len(stamps) < 12
     assert sum(filter(None, lost(reader))) == 12 - len(stamps)
+
+
+@pytest.mark.parametrize(
+    ("storage", "damage", "says"),
+    [
+        ("mcap", lambda bag: storage_file(bag).rename(bag / "other.mcap"), "lists bag.mcap"),
+        ("mcap", lambda bag: replace_in_metadata(bag, COLOUR, "/other"), f"promises {FRAMES} messages of /other"),
+        ("sqlite3", lambda bag: (bag / "bag.db3-wal").write_bytes(b"7" * 4096), "never merged"),
+    ],
+)
+def test_what_does_not_fit_together_is_read_and_told(storage, damage, says, tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", rgbd_entries(), storage=storage)
+    damage(bag)
+    stamps, reader = read(bag)
+    assert len(stamps) == FRAMES
+    assert any(says in loss.reason for loss in reader.losses)
+
+
+def replace_in_metadata(bag: Path, old: str, new: str) -> None:
+    (bag / "metadata.yaml").write_text((bag / "metadata.yaml").read_text().replace(old, new))

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages come in the order in which the sensors looked, whatever the recorder's clock did."""
 
-from __future__ import annotations
-
 import random
 import weakref
 from dataclasses import replace
@@ -33,6 +31,7 @@ from vigg_ros_testing.bag_samples import (
     write_bag,
     write_ros1_bag,
 )
+from vigg_ros_testing.short_recordings import looped
 
 LOG_ROW = pytest.mark.hostile("Bags: log time out of order: order by header stamp")
 S = 1_000_000_000
@@ -84,8 +83,9 @@ def test_messages_come_by_header_stamp(times: str, written: str, tmp_path: Path)
 
 @LOG_ROW
 def test_log_order_is_there_for_those_who_ask(tmp_path: Path) -> None:
-    entries = with_log_times(rgbd_entries(), "shuffled")
+    entries = [tf_static_entry(START_NS), *with_log_times(rgbd_entries(), "shuffled")]
     with BagReader(write_bag(tmp_path / "bag", entries)) as reader:
+        assert next(reader.messages()).topic == "/tf_static"
         times = [one.log_ns for one in reader.messages(order="log")]
     assert times == sorted(one.log_ns for one in entries)
 
@@ -128,24 +128,9 @@ def test_the_order_by_hand(stamps: list[int | None], order: list[int]) -> None:
     assert stamp_order(series(stamps)).tolist() == order
 
 
-def test_tf_static_comes_first(tmp_path: Path) -> None:
-    entries = [tf_static_entry(START_NS), *rgbd_entries()]
-    with BagReader(write_bag(tmp_path / "bag", entries)) as reader:
-        assert next(reader.messages()).topic == "/tf_static"
-
-
-def looped(times: int, frames: int = 60):
-    """The same bag played several times with a pause, and recorded with the old headers."""
-    found = []
-    for loop in range(times):
-        shift = loop * (frames * 33_333_333 + 2 * S)
-        found += [replace(one, log_ns=one.log_ns + shift) for one in rgbd_entries(frames)]
-    return found
-
-
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_loops_are_sorted_each_on_its_own(storage: str, tmp_path: Path) -> None:
-    with BagReader(write_bag(tmp_path / "bag", looped(3), storage=storage)) as reader:
+    with BagReader(write_bag(tmp_path / "bag", looped(rgbd_entries(60), 3), storage=storage)) as reader:
         messages = list(reader.messages([COLOUR, DEPTH]))
     for topic in (COLOUR, DEPTH):
         values = [int(one.message.data[0]) for one in messages if one.topic == topic]
@@ -193,15 +178,12 @@ class WatchedMessage(RawMessage):
 @pytest.mark.parametrize("kind", ["near", "one far", "reversed", "random"])
 def test_only_a_few_messages_are_held(kind: str) -> None:
     count = 2000
-    stamps = list(range(count))
-    if kind == "near":
-        stamps = [k + (NEAR_MESSAGES - 1) * (k % NEAR_MESSAGES == 0) for k in stamps]
-    elif kind == "one far":
-        stamps[10], stamps[1500] = stamps[1500], stamps[10]
-    elif kind == "reversed":
-        stamps.reverse()
-    else:
-        random.Random(0).shuffle(stamps)
+    stamps = {
+        "near": [k + (NEAR_MESSAGES - 1) * (k % NEAR_MESSAGES == 0) for k in range(count)],
+        "one far": [*range(10), 1500, *range(11, 1500), 10, *range(1501, count)],
+        "reversed": list(range(count))[::-1],
+        "random": random.Random(0).sample(range(count), count),
+    }[kind]
     WatchedMessage.now = WatchedMessage.most = 0
     ordered = in_stamp_order(series(stamps), lambda: map(WatchedMessage, range(count)))
     assert [stamps[int(raw.data)] for raw in ordered] == sorted(stamps)

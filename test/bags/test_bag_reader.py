@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole bags of every kind say the same."""
-
-from __future__ import annotations
+"""Whole bags of every kind say the same, as messages and as the bytes that ROS 2 sends."""
 
 import shutil
+from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags import rosbag1
 
-from vigg_ros.bags.reader import BagReader, Topic
+from vigg_ros.bags.reader import BagReader, SerialisedMessage, Topic
 from vigg_ros.registration.errors import BagError
 from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros.sensors.depth_image import decode_depth
@@ -23,6 +24,7 @@ from vigg_ros_testing.bag_samples import (
     LATENCY_NS,
     PERIOD_NS,
     START_NS,
+    STORE,
     TRUTH,
     colour_pixels,
     opened,
@@ -92,27 +94,12 @@ def test_only_the_chosen_topics_are_read(order: str, tmp_path: Path) -> None:
 
 
 def test_topics_tell_names_types_and_counts(tmp_path: Path) -> None:
-    bag = write_bag(tmp_path / "bag", [*rgbd_entries(1), tf_static_entry()])
-    with BagReader(bag) as reader:
-        assert reader.topics == (
-            Topic(DEPTH, "sensor_msgs/msg/Image", 1),
-            Topic(INFO, "sensor_msgs/msg/CameraInfo", 1),
-            Topic(COLOUR, "sensor_msgs/msg/Image", 1),
-            Topic(TRUTH, "geometry_msgs/msg/PoseStamped", 1),
-            Topic("/tf_static", "tf2_msgs/msg/TFMessage", 1),
+    entries = [*rgbd_entries(1), tf_static_entry()]
+    with BagReader(write_bag(tmp_path / "bag", entries)) as reader:
+        assert reader.topics == tuple(
+            sorted((Topic(one.topic, one.type, 1) for one in entries), key=attrgetter("name"))
         )
         assert reader.encodings() == {COLOUR: "bgr8", DEPTH: "16UC1"}
-
-
-def test_messages_are_deserialised_only_when_asked_for(tmp_path: Path, monkeypatch) -> None:
-    decoded = []
-    with BagReader(write_bag(tmp_path / "bag", rgbd_entries())) as reader:
-        original = reader._decoder.message
-        monkeypatch.setattr(reader._decoder, "message", lambda raw: decoded.append(raw) or original(raw))
-        messages = reader.messages()
-        assert decoded == []
-        next(messages)
-        assert len(decoded) == 1
 
 
 def test_a_bag_that_is_not_open_is_not_an_empty_bag(tmp_path: Path) -> None:
@@ -162,3 +149,51 @@ def test_the_split_parts_are_read_in_their_number_order_without_metadata(tmp_pat
         log_times = [one.log_ns for one in reader.messages(order="log")]
     assert log_times == sorted(log_times)
     assert len(log_times) == 4 * FRAMES
+
+
+def serialised(path: Path, **options) -> list[SerialisedMessage]:
+    with BagReader(path) as reader:
+        return list(reader.serialised(**options))
+
+
+@pytest.mark.parametrize("compression", ["NONE", "MESSAGE"])
+def test_the_bytes_are_those_that_were_recorded_in_that_order_or_by_stamp(compression: str, tmp_path: Path) -> None:
+    late, *others = rgbd_entries()
+    entries = [*others, replace(late, log_ns=late.log_ns + 10**9)]
+    path = write_bag(tmp_path / "bag", entries, compression=compression)
+    found = serialised(path)
+    assert [(one.topic, one.type, one.log_ns, one.data) for one in found] == [
+        (one.topic, one.type, one.log_ns, one.data) for one in entries
+    ]
+    assert {one.log_ns - one.stamp_ns for one in found[:-1]} == {LATENCY_NS}
+    assert [one.stamp_ns for one in serialised(path, order="stamp")] == sorted(one.stamp_ns for one in found)
+
+
+def test_messages_of_ros_1_become_those_of_ros_2(tmp_path: Path) -> None:
+    entries = rgbd_entries(3)
+    found = serialised(write_ros1_bag(tmp_path / "old.bag", entries))
+    by_key = {(one.topic, one.log_ns): one.data for one in entries}
+    assert len(found) == len(entries)
+    for one in found:
+        ours, theirs = (STORE.deserialize_cdr(data, one.type) for data in (one.data, by_key[one.topic, one.log_ns]))
+        assert ours.header == theirs.header
+    image = next(one for one in found if one.topic == COLOUR)
+    assert STORE.deserialize_cdr(image.data, image.type).data.tobytes() == bytes(8 * 6 * 3)
+
+
+def test_bytes_that_are_no_message_are_kept_from_subscribers(tmp_path: Path) -> None:
+    good, broken = rgbd_entries(2), rgbd_entries(3)[8]
+    path = write_bag(tmp_path / "bag", [*good, replace(broken, data=broken.data[:40])])
+    with BagReader(path) as reader:
+        assert len(list(reader.serialised())) == len(good)
+        assert [(loss.topic, loss.count) for loss in reader.losses] == [(COLOUR, 1)]
+
+
+def test_latched_topics_of_ros_1_are_known_too(tmp_path: Path) -> None:
+    one = rgbd_entries(1)[1]
+    with rosbag1.Writer(tmp_path / "old.bag") as writer:
+        for topic, latching in (("/kept", 1), ("/passing", None)):
+            connection = writer.add_connection(topic, one.type, typestore=STORE, latching=latching)
+            writer.write(connection, one.log_ns, STORE.cdr_to_ros1(one.data, one.type))
+    with BagReader(tmp_path / "old.bag") as reader:
+        assert reader.latched() == {"/kept"}

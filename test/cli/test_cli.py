@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line as a user meets it: exit codes, one-line errors, files left behind."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shlex
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -19,7 +18,7 @@ from vigg_ros.bench.catalogue import expand
 from vigg_ros.cli.main import COMMANDS, _parser, main
 from vigg_ros.messages.pose_messages import encode_pose
 from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
-from vigg_ros_testing.scene_folder import VIEWED_BY
+from vigg_ros_testing.doctor_bags import VIEWED_BY
 
 START_NS = 1_700_000_000_123_456_789
 PERIOD_NS = 100_000_000
@@ -58,10 +57,9 @@ def test_each_command_explains_itself(name: str, capsys) -> None:
     assert f"vigg {name}" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    "words", [["replay"], ["register"], ["convert"], ["evaluate", "pairs"], ["evaluate", "rendered"]]
-)
-def test_help_ends_with_examples_that_the_command_takes(words: list[str], capsys) -> None:
+@pytest.mark.parametrize("command", ["replay", "register", "convert", "evaluate pairs", "evaluate rendered"])
+def test_help_ends_with_examples_that_the_command_takes(command: str, capsys) -> None:
+    words = command.split()
     with pytest.raises(SystemExit):
         main([*words, "--help"])
     examples = capsys.readouterr().out.partition("examples:\n")[2].splitlines()
@@ -106,20 +104,36 @@ def test_an_existing_output_is_refused_and_kept(bag: Path, tmp_path: Path, capsy
     assert (tmp_path / "kept").read_text() == "mine"
 
 
+NEEDS_ROS = pytest.mark.skipif(
+    find_spec("rclpy") is None, reason="needs ROS 2: source Jazzy, or pip install 'vigg_ros[ros]'"
+)
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
+        *(
+            pytest.param([command, *options], code, words, marks=NEEDS_ROS)
+            for command, options, code, words in (
+                ("play", ["nowhere"], 3, "nowhere does not exist"),
+                ("play", ["{bag}", "--image-topic", "/nope"], 2, "/nope is not in the bag"),
+                ("live", ["nowhere"], 3, "nowhere does not exist"),
+                ("live", ["{bag}", "--config", "rgdb"], 2, "did you mean rgbd"),
+                ("live", ["{bag}", "--set", "visual.topk=3"], 2, "did you mean visual.top_k"),
+                ("live", ["{bag}", "--ground-truth", "nowhere.tum"], 2, "nowhere.tum"),
+            )
+        ),
         (["replay", "nowhere"], 3, "nowhere"),
         (["replay", "{bag}", "--config", "rgdb"], 2, "did you mean rgbd"),
         (["replay", "{bag}", "--set", "visual.top_k=many"], 2, "expected int"),
         (["replay", "{bag}", "--image-topic", "/nope"], 2, "/nope"),
         (["replay", "{bag}", "--ground-truth", "nowhere.tum"], 2, "nowhere.tum"),
         (["convert", "7scenes", "nowhere", "-o", "{tmp}/x"], 3, "nowhere"),
+        (["doctor", "{tmp}"], 3, "is not a bag"),
     ],
 )
-def test_mistakes_get_one_line_and_a_code(
-    arguments: list[str], code: int, words: str, bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_mistakes_get_one_line_and_a_code(arguments, code, words, bag, tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "")
     assert main([argument.format(bag=bag, tmp=tmp_path) for argument in arguments]) == code
     shown = capsys.readouterr()
     assert words in shown.err

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options of the command line, and files: what is odd is refused before anything is read, with exit code 2."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from pathlib import Path
 
@@ -17,11 +15,6 @@ from vigg_ros.cli.main import main
 from vigg_ros.registration.config import Config
 
 BAG = Path(__file__).parents[2] / "bags" / "room_rgbd"
-
-
-@pytest.mark.parametrize("text", ["1e-3", "1.0e-3", "0.001", "1E-03"])
-def test_a_number_may_have_an_exponent(text: str) -> None:
-    assert load_config(Namespace(config="rgbd", set=[f"input.depth_scale_m={text}"])).input.depth_scale_m == 0.001
 
 
 RANGE = pytest.mark.hostile("Parameters: NaN or out of range F, or refused at run time with the old value kept")
@@ -46,9 +39,7 @@ REVERSED = ["--set", "geometric.min_range_m=5", "--set", "geometric.max_range_m=
         *((["--config", name], (f"{name} does not exist",)) for name in ("nowhere.yaml", "./rgbd", "nowhere/mine")),
     ],
 )
-def test_what_is_wrong_stops_the_start_in_one_line(
-    options: list[str], words: tuple[str, ...], tmp_path: Path, capsys
-) -> None:
+def test_what_is_wrong_stops_the_start_in_one_line(options, words: tuple[str, ...], tmp_path: Path, capsys) -> None:
     (tmp_path / "mine.yaml").write_text("visual:\n  top_q: 3\n")
     output = tmp_path / "out"
     options = [option.format(tmp=tmp_path) for option in options]
@@ -59,7 +50,7 @@ def test_what_is_wrong_stops_the_start_in_one_line(
     assert all(word in said for word in words), said
 
 
-@pytest.mark.parametrize("value", ["0.00005", "1e-4", "0.001", "1"])
+@pytest.mark.parametrize("value", ["0.00005", "1e-4", "1.0E-03", "0.001", "1"])
 def test_a_printed_configuration_is_read_back(value: str, tmp_path: Path, capsys) -> None:
     assert main(["config", "--set", f"input.depth_scale_m={value}", "--set", "acceptance.enabled=false"]) == 0
     (tmp_path / "mine.yaml").write_text(capsys.readouterr().out)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """``vigg register``: from files to the printed transform, the pictures and the exit code."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2
@@ -13,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
-from vigg_ros_testing.doctor_bags import looking_along_x
-from vigg_ros_testing.scene_folder import INTRINSICS, VIEWED_BY
+from vigg_ros_testing.doctor_bags import INTRINSICS, VIEWED_BY, looking_along_x
 
 LOOKING_AHEAD = ["--extrinsics", "0", "0", "0", "-0.5", "0.5", "-0.5", "0.5"]
 
@@ -47,9 +44,7 @@ def test_it_says_why_there_is_no_answer(files: list[str], tmp_path: Path, capsys
     assert "no answer: NO_TEXTURE" in capsys.readouterr().out
 
 
-def test_the_motion_of_scans_is_that_of_the_scanner(
-    files: list[str], scene_folder: Path, tmp_path: Path, capsys
-) -> None:
+def test_the_motion_of_scans_is_that_of_the_scanner(files, scene_folder, tmp_path, capsys) -> None:
     """--extrinsics means the same as for `vigg replay`."""
     T_points_camera = looking_along_x()
     T_points_camera[:3, 3] = 0.3, -0.2, 0.1
@@ -77,14 +72,12 @@ def test_the_motion_of_scans_is_that_of_the_scanner(
         ("scan.npy", b"no scan", LOOKING_AHEAD, "scan.npy cannot be read as a scan"),
         ("scan.bin", bytes(20), LOOKING_AHEAD, "scan.bin cannot be read as a scan"),
         ("scan.bin", bytes(160), [], "needs --extrinsics X Y Z"),
-        ("scan.bin", bytes(160), ["--extrinsics", *["0"] * 7], "norm"),
+        ("scan.bin", bytes(160), ["--extrinsics", *["0"] * 7], "0.0), expected a finite one of length 1; check"),
         ("scan.bin", bytes(160), ["--extrinsics", *["nan"] * 7], "finite"),
         ("", b"", ["--output", "."], "exists already and is not overwritten"),
     ],
 )
-def test_what_cannot_be_registered_is_usage(
-    changed: str, content: bytes, options: list[str], words: str, files: list[str], tmp_path: Path, capsys
-) -> None:
+def test_what_cannot_be_registered_is_usage(changed, content, options, words, files, tmp_path, capsys) -> None:
     if changed:
         (tmp_path / changed).write_bytes(content)
         files[0 if changed.startswith("target") else 1] = str(tmp_path / changed)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers, files and frames that cannot be used: one line and an exit code, never a traceback."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -11,8 +9,16 @@ import pytest
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.cli.main import main
 from vigg_ros.messages.fields import Message
-from vigg_ros_testing.doctor_bags import COLOUR, RGBD, looking_along_x, sensor_message, with_fields, write, write_static
-from vigg_ros_testing.scene_folder import INTRINSICS
+from vigg_ros_testing.doctor_bags import (
+    COLOUR,
+    INTRINSICS,
+    RGBD,
+    looking_along_x,
+    sensor_message,
+    with_fields,
+    write,
+    write_static,
+)
 
 
 @pytest.mark.parametrize(
@@ -57,12 +63,11 @@ def test_a_replay_without_frames_names_what_leads(tmp_path: Path, capsys) -> Non
     assert "6 scans" in capsys.readouterr().err
 
 
-def with_one_broken(topic: str, number: int, stamp_ns: int) -> Message:
-    message = sensor_message(topic, number, stamp_ns)
-    return with_fields(message, encoding="unheard-of") if (topic, number) == (COLOUR, 1) else message
-
-
 def test_a_benchmark_leaves_out_what_is_refused(tmp_path: Path, capsys) -> None:
+    def with_one_broken(topic: str, number: int, stamp_ns: int) -> Message:
+        message = sensor_message(topic, number, stamp_ns)
+        return with_fields(message, encoding="unheard-of") if (topic, number) == (COLOUR, 1) else message
+
     bag = write(tmp_path / "bag", RGBD, message_of=with_one_broken)
     assert main(["benchmark", str(bag), "--image-topic", COLOUR]) == ExitCode.OK
     assert capsys.readouterr().out.startswith("2 frames;")  # of 6, one is refused and three warm up

@@ -220,7 +220,7 @@ def test_an_answer_that_cannot_be_published_costs_one_frame(harness: Harness, vi
     harness.wait_until_idle()
     harness.send(views[2], 2)
     assert harness.wait(2)[1:] == ["TRACKING"]
-    assert [str(failure) for failure in harness.failures] == ["cannot be published"] * 2
+    assert [str(failure) for failure in harness.failures] == ["cannot be published"] * 3
 
 
 def test_a_refusal_that_cannot_be_published_is_reported_and_the_next_frame_comes(harness: Harness, views) -> None:

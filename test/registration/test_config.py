@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options: read, changed, refused and written; a refusal says what was found, and changes nothing."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,6 @@ from vigg_ros.registration.options import CliqueConfig
 
 OPTIONS = {name: (spec, value) for name, spec, value in Config().options()}
 NUMBERS = [name for name, (spec, _) in OPTIONS.items() if type(spec.default) in (int, float)]
-UNKNOWN_ROW = pytest.mark.hostile("Parameters: unknown key F with a suggestion")
 RANGE_ROW = pytest.mark.hostile("Parameters: NaN or out of range F, or refused at run time with the old value kept")
 
 
@@ -52,7 +49,7 @@ def test_replace_changes_what_it_names_and_nothing_else() -> None:
     assert before.replace({}) == before
 
 
-@UNKNOWN_ROW
+@pytest.mark.hostile("Parameters: unknown key F with a suggestion")
 @pytest.mark.parametrize(
     ("name", "suggestion"),
     [
@@ -126,6 +123,8 @@ def test_an_inconsistent_set_is_refused_as_a_whole() -> None:
         config.replace({"geometric.min_range_m": 9.0, "visual.top_k": 10})
     with pytest.raises(ConfigError, match="the first must be below the second"):
         config.replace({"geometric.min_range_m": 8.0})
+    with pytest.raises(ConfigError, match="too far for cells"):
+        config.replace({"geometric.max_range_m": 1000.0, "geometric.voxel_size_m": 0.001})
     assert config.visual.top_k == 150
     assert config.replace({"geometric.min_range_m": 9.0, "geometric.max_range_m": 10.0}).geometric.min_range_m == 9
 
@@ -136,10 +135,9 @@ def test_what_is_written_is_read_back(name: str, tmp_path: Path) -> None:
     assert load(tmp_path, config.to_yaml()) == config
 
 
-def test_presets() -> None:
+def test_presets_have_the_papers_numbers() -> None:
     assert Config.preset("rgbd") == Config()
-    # The paper's numbers.
-    numbers = {
+    expected = {
         "geometric.voxel_size_m": (0.025, 0.3),
         "cliques.inlier_threshold_m": (0.10, 0.60),
         "geometric.sample_k": (5000, 10000),
@@ -148,10 +146,9 @@ def test_presets() -> None:
         "local_match.gamma_squared": (10.0, 10.0),
         "local_match.iterations": (3, 3),
     }
-    rgbd, lidar = (
-        {name: value for name, _, value in Config.preset(preset).options()} for preset in ("rgbd_paper", "lidar")
-    )
-    assert {name: (rgbd[name], lidar[name]) for name in numbers} == numbers
+    for place, preset in enumerate(("rgbd_paper", "lidar")):
+        values = {name: value for name, _, value in Config.preset(preset).options()}
+        assert {name: values[name] for name in expected} == {name: both[place] for name, both in expected.items()}
     with pytest.raises(ConfigError, match=r"unknown preset 'rgb'; did you mean rgbd"):
         Config.preset("rgb")
 
@@ -181,9 +178,7 @@ CHANGED = Config().replace({"visual.top_k": 9, "cliques.inlier_threshold_m": 1.0
         *((yaml.safe_dump({node: PARAMETERS}), CHANGED) for node in ("/registrar", "/**", "registrar")),
     ],
 )
-def test_a_file_changes_its_preset_or_the_default_and_may_be_one_for_ros(
-    text: str, expected: Config, tmp_path: Path
-) -> None:
+def test_a_file_changes_its_preset_or_the_default_and_may_be_one_for_ros(text, expected, tmp_path) -> None:
     assert load(tmp_path, text) == expected
 
 
@@ -211,14 +206,8 @@ def test_a_file_that_cannot_be_used_is_refused(text: str, said: str, tmp_path: P
 def test_a_file_that_is_none_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bytes.yaml").write_bytes(b"\xff\xfe\x00garbage\x80")
     for path in (tmp_path / "missing.yaml", tmp_path, tmp_path / "bytes.yaml"):
-        with pytest.raises(ConfigError, match="cannot be read as a YAML file") as caught:
+        with pytest.raises(ConfigError, match=f"{path}.* cannot be read as a YAML file"):
             Config.load(path)
-        assert str(path) in str(caught.value)
-
-
-def test_a_range_that_fine_cells_cannot_cover_is_refused() -> None:
-    with pytest.raises(ConfigError, match="too far for cells"):
-        Config().replace({"geometric.max_range_m": 1000.0, "geometric.voxel_size_m": 0.001})
 
 
 def test_the_old_name_of_a_section_works_with_a_note() -> None:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is kept with a frame: at once, or when doubt asks for it."""
 
-from __future__ import annotations
 
 import numpy as np
 
@@ -21,8 +20,9 @@ def test_an_image_that_is_small_enough_is_searched_once(studio: Studio) -> None:
 
 
 def test_a_reduced_image_has_fewer_keypoints_at_the_pixels_of_the_full_one(studio: Studio) -> None:
-    frame = studio.frame(looking(), 1)
-    features = extract(frame, REDUCED)
+    whole = studio.features(looking(), 1)
+    assert whole.fine_keypoints is whole.keypoints, "an image that is small enough is searched once"
+    features = extract(studio.frame(looking(), 1), REDUCED)
     few, many = features.keypoints, features.fine_keypoints
     assert 20 < len(few) < len(many)
     for keypoints in (few, many):
@@ -51,10 +51,11 @@ def test_clear_pairs_need_neither_landmarks_nor_the_full_image(studio: Studio) -
 def test_doubt_calls_for_everything_and_it_is_kept(studio: Studio) -> None:
     # Turned by 42 deg of 60: a dozen keypoints in common.
     poses = (look_at((-0.6, 0, 1.4), (-0.6 + np.cos(a), np.sin(a), 1.15)) for a in np.deg2rad((106, 148)))
-    target, source = reduced(studio, *poses)
     with record_stages() as timings_ms:
+        target, source = reduced(studio, *poses)
         register(target, source, REDUCED)
-    assert {"features", "global matches", "local matches", "keypoints"} <= set(timings_ms)
+    stages = {"features", "global matches", "local matches", "keypoints"}  # and those of every pair:
+    assert stages | {"surface", "visual matches", "cliques", "refinement", "verification"} <= set(timings_ms)
     with record_stages() as timings_ms:
         again = register(target, source, REDUCED)
     assert not {"features", "keypoints"} & set(timings_ms), "made anew"

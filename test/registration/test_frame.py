@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which pixel of a depth image sees which point, and what is refused as a frame."""
+"""Cameras and frames of them: which pixel sees which point, and what is refused."""
 
-from __future__ import annotations
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,20 +49,55 @@ def test_no_depth_is_no_point_and_the_array_given_stays_as_it_is(dtype: type) ->
     np.testing.assert_array_equal(depth_m, before)
 
 
+DEPTH = np.ones((6, 8), np.float32)
+
+
+@pytest.mark.hostile("Image: depth and image of different size R")
 @pytest.mark.parametrize(
     ("image", "depth_m", "code"),
     [
         (np.zeros((6, 9, 3), np.uint8), np.ones((6, 9), np.float32), "IMAGE_SIZE"),
-        (np.zeros((6, 8, 4), np.uint8), np.ones((6, 8), np.float32), "IMAGE_SIZE"),
-        (np.zeros((6, 8), np.uint16), np.ones((6, 8), np.float32), "IMAGE_SIZE"),
-        (np.zeros(48, np.uint8), np.ones((6, 8), np.float32), "IMAGE_SIZE"),
-        (IMAGE, np.ones((5, 8), np.float32), "DEPTH_SIZE"),
-        (IMAGE, np.ones((6, 8, 1), np.float32), "DEPTH_SIZE"),
-        (IMAGE, np.ones((6, 8), np.uint16), "DEPTH_SIZE"),
+        *(
+            (image, DEPTH, "IMAGE_SIZE")
+            for image in (np.zeros((6, 8, 4), "u1"), IMAGE.astype("u2"), np.zeros(48, "u1"))
+        ),
+        *((IMAGE, depth_m, "DEPTH_SIZE") for depth_m in (DEPTH[:5], DEPTH[:, :, None], DEPTH.astype("u2"))),
     ],
-    ids=["wide", "four channels", "16 bits", "flat", "short depth", "deep depth", "depth in millimetres"],
 )
 def test_what_does_not_fit_the_camera_is_refused(image: np.ndarray, depth_m: np.ndarray, code: str) -> None:
     with pytest.raises(DataError, match="expected") as caught:
         Frame.from_depth(image, depth_m, CAMERA)
     assert caught.value.code == code
+
+
+PINHOLE = Camera(width_px=40, height_px=30, fx_px=100.0, fy_px=50.0, cx_px=10.0, cy_px=20.0)
+
+
+def test_projection_and_lifting_by_hand() -> None:
+    points = np.array([(0, 0, 1), (1, 0, 2), (0, 1, 2), (-0.5, -2, 4)], float)
+    pixels = [(10, 20), (60, 20), (10, 45), (-2.5, -5)]  # u = 100 x / z + 10, v = 50 y / z + 20
+    np.testing.assert_allclose(PINHOLE.project(points), pixels)
+    np.testing.assert_allclose(PINHOLE.lift(np.array(pixels), points[:, 2]), points)
+    assert PINHOLE.matrix.tolist() == [[100, 0, 10], [0, 50, 20], [0, 0, 1]]
+
+
+def test_what_is_not_in_front_does_not_project() -> None:
+    assert np.isnan(PINHOLE.project(np.array([(1, 1, 0), (1, 1, -2), (0, 0, np.nan)], float))).all()
+
+
+def test_the_image_reaches_half_a_pixel_beyond_the_outer_centres() -> None:
+    pixels = np.array([(-0.5, -0.5), (39.49, 29.49), (-0.51, 0), (39.5, 0), (0, 29.5), (np.nan, 3)])
+    assert PINHOLE.contains(pixels).tolist() == [True, True, False, False, False, False]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("fx_px", 0.0), ("fy_px", -1.0), ("fx_px", np.nan), ("cx_px", np.inf), ("cy_px", np.nan), ("width_px", 0),
+        ("height_px", -3),
+    ],
+)  # fmt: skip
+def test_intrinsics_that_no_camera_has(name: str, value: float) -> None:
+    with pytest.raises(DataError, match="positive focal lengths") as caught:
+        replace(PINHOLE, **{name: value})
+    assert caught.value.code == "BAD_INTRINSICS"

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Surfaces, landmarks and global matches."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every compiled kernel against its NumPy twin, and both against what is known without either."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -18,9 +16,6 @@ from vigg_ros.registration.kernels.zone import nearest_in_zone, nearest_in_zone_
 from vigg_ros_testing.registration_samples import motion
 
 Points = NDArray[np.float32]
-
-FAR_OR_MISSING = np.array([(1e6, 0, 0), (-1e6, 0, 0), (0, 0, 1e30), (np.nan, 0, 2), (0.3, -0.2, -5)])
-"""Places that no point of ``cloud`` is near."""
 
 
 def cloud(seed: int, count: int = 400, spread_m: float = 1.0) -> Points:
@@ -52,9 +47,7 @@ def rows_sorted(points: Points) -> Points:
         (cloud(0, 200_000, 4.0), 0.1, (0.0, np.inf), 4 * 2**14),  # the first table has grown twice
     ],
 )
-def test_voxel_means_equal_their_twin(
-    points: Points, voxel_m: float, ranges_m: tuple[float, float], voxels: int
-) -> None:
+def test_voxel_means_equal_their_twin(points, voxel_m, ranges_m, voxels) -> None:
     found, expected = (means(points, voxel_m, *ranges_m) for means in (voxel_means, voxel_means_plain))
     assert len(found) > voxels
     # Sums in another order, rounded to float32 at coordinates up to 6 m.
@@ -155,11 +148,6 @@ def test_the_cells_hold_all_neighbours(seed: int) -> None:
         assert (np.abs(points[index.order[places]] - query) <= 2 * size_m + 1e-5).all()
 
 
-def test_more_cells_than_can_be_numbered_are_refused() -> None:
-    with pytest.raises(ValueError, match="at most"):
-        CellIndex.build(np.array([(0, 0, 0), (1e6, 0, 0)]), 0.1)
-
-
 @pytest.mark.parametrize("radius", [0.05, 0.2, 0.25])
 def test_symmetric_icp_residuals_equal_their_twin(radius: float) -> None:
     source, target = ((cloud(seed, count), unit_vectors(seed, count)) for seed, count in ((2, 400), (3, 600)))
@@ -177,11 +165,14 @@ def test_symmetric_icp_residuals_equal_their_twin(radius: float) -> None:
 def test_points_far_off_have_no_neighbours() -> None:
     target = cloud(0)
     index = CellIndex.build(target, 0.25)
-    runs = index.runs_at(FAR_OR_MISSING)
+    far = np.array([(1e6, 0, 0), (-1e6, 0, 0), (0, 0, 1e30), (np.nan, 0, 2), (0.3, -0.2, -5)])
+    runs = index.runs_at(far)
     assert (runs[..., 1] - runs[..., 0] == 0).all()
-    points, in_cells = FAR_OR_MISSING.astype(np.float32), (target[index.order], unit_vectors(0, 400)[index.order])
+    points, in_cells = far.astype(np.float32), (target[index.order], unit_vectors(0, 400)[index.order])
     found = symmetric_icp_residuals((points, points), np.eye(4), in_cells, index.lookup(), 0.25, -1.0)
     assert [values.shape for values in found] == [(0,), (0,), (0, 6)]
+    with pytest.raises(ValueError, match="at most"):  # more cells than can be numbered
+        CellIndex.build(np.array([(0, 0, 0), (1e6, 0, 0)]), 0.1)
 
 
 def test_lifting_equals_its_twin_and_leaves_out_what_was_not_measured() -> None:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two looks at a rendered room: the motion between them is known, and so is the noise."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
@@ -14,8 +12,7 @@ from scipy import stats
 from vigg_ros.bench.worlds import Light, Scene, render_rgbd
 from vigg_ros.bench.worlds.poses import Pose, look_at
 from vigg_ros.bench.worlds.surfaces import Sphere
-from vigg_ros.registration import Config, Evidence, Frame, Outcome, Registration, extract, register
-from vigg_ros.registration.stages import record_stages
+from vigg_ros.registration import Config, Frame, Outcome, Registration, extract, register
 from vigg_ros_testing.registration_samples import (
     CAMERA,
     Studio,
@@ -156,16 +153,6 @@ def test_the_evidence_counts_what_the_answer_shows(studio: Studio) -> None:
     assert 0.002 < evidence.rmse_m < 0.03
 
 
-def test_every_stage_is_timed(studio: Studio) -> None:
-    frames = (studio.frame(pose, 1) for pose in PAIRS["a step"])
-    with record_stages() as timings_ms:
-        register_frames(*frames, CONFIG.replace({"geometric.always": True}))
-    assert {
-        "surface", "features", "keypoints", "visual matches", "global matches", "cliques", "local matches",
-        "refinement", "verification",
-    } <= set(timings_ms)  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("config", "rotation_deg", "translation_m"),
     [
@@ -175,9 +162,7 @@ def test_every_stage_is_timed(studio: Studio) -> None:
     ],
     ids=["the paper's method", "ORB"],
 )
-def test_other_methods_find_the_motion(
-    config: Config, rotation_deg: float, translation_m: float, studio: Studio
-) -> None:
+def test_other_methods_find_the_motion(config, rotation_deg, translation_m, studio) -> None:
     pair = PAIRS["a step"]
     found = answer(register_frames(*(studio.frame(pose, seed) for seed, pose in enumerate(pair)), config))
     assert_near(found.T_target_source, truth(*pair), rotation_deg=rotation_deg, translation_m=translation_m)
@@ -202,18 +187,11 @@ def test_a_pure_rotation_is_accepted(roll_deg: float, studio: Studio) -> None:
     assert_within_noise(register(*studio.pair(pair), CONFIG), truth(*pair))
 
 
-NO_MOTION_ROW = pytest.mark.hostile("Scene: no motion A, covariance not 0")
-
-
-@NO_MOTION_ROW
+@pytest.mark.hostile("Scene: no motion A, covariance not 0")
 def test_no_motion_is_accepted(studio: Studio) -> None:
     found = assert_within_noise(register(*studio.pair((looking(), looking())), CONFIG), np.eye(4))
     assert found.evidence.overlap > 0.9
-
-
-@NO_MOTION_ROW
-def test_the_same_frame_again_is_not_known_to_be_in_the_same_place_exactly(studio: Studio) -> None:
-    """A frozen camera, or a simulated one at rest, sends equal frames; a covariance of 0 breaks any filter."""
+    # A frozen camera, or a simulated one at rest, sends equal frames; a covariance of 0 breaks any filter.
     for seed in (None, 1):
         features = studio.features(looking(), seed)
         found = answer(register(features, features, CONFIG))
@@ -224,9 +202,7 @@ def test_the_same_frame_again_is_not_known_to_be_in_the_same_place_exactly(studi
 
 
 @pytest.mark.hostile("Scene: exposure jump, blur")
-@pytest.mark.parametrize(
-    ("gain", "blur_px"), [(0.4, 1), (0.7, 1), (1.5, 1), (2.2, 1), (1.0, 3), (1.0, 5), (1.0, 9)]
-)
+@pytest.mark.parametrize(("gain", "blur_px"), [(0.4, 1), (0.7, 1), (1.5, 1), (2.2, 1), (1.0, 3), (1.0, 5), (1.0, 9)])
 def test_exposure_and_blur_are_no_motion(gain: float, blur_px: int, studio: Studio) -> None:
     """Blurred along x, as a pan of the camera does it; nine pixels of 160 are 3 deg in one exposure."""
     target, source = PAIRS["a step"]
@@ -255,9 +231,3 @@ def test_holes_in_the_depth_leave_the_rest(share: float, studio: Studio) -> None
     # As within noise, with as much less of the room to average over as both frames leave.
     left = 1 - share
     assert_near(found.T_target_source, truth(*pair), rotation_deg=0.5 / left, translation_m=0.015 / left)
-
-
-def test_evidence_that_was_not_reached_is_empty() -> None:
-    evidence = Evidence()
-    assert (evidence.visual_inliers, evidence.candidates) == (0, 0)
-    assert np.isnan([evidence.overlap, evidence.consistency, evidence.runner_up, evidence.rmse_m]).all()

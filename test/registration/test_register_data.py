@@ -2,18 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real sensors against poses of a reconstruction and of refined scans, where the data is there."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
+from vigg_ros.bench.datasets.kitti import open_kitti
+from vigg_ros.bench.datasets.rgbd_folder import open_rgbd_folder
 from vigg_ros.bench.worlds.poses import Pose
-from vigg_ros.cli.register import read_depth_m
-from vigg_ros.registration import Camera, Config, Features, Frame, extract, register
+from vigg_ros.registration import Config, Features, Frame, extract, register
 from vigg_ros_testing.registration_samples import answer, assert_near, truth
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
@@ -37,25 +35,16 @@ def test_frames_of_a_kitchen(number: int, gap: int, within_deg: float, within_m:
 
 def kitchen(number: int) -> tuple[Features, Pose]:
     """Features and pose of a frame of 7-Scenes."""
-    stem = KITCHEN / f"frame-{number:06d}"
-    K = np.loadtxt(KITCHEN / "camera-intrinsics.txt")
-    camera = Camera(640, 480, K[0, 0], K[1, 1], K[0, 2], K[1, 2])
-    depth_m = read_depth_m(stem.with_suffix(".depth.png"), 1000)
-    frame = Frame.from_depth(cv2.imread(str(stem.with_suffix(".color.jpg"))), depth_m, camera)
-    return extract(frame, CONFIG), np.loadtxt(stem.with_suffix(".pose.txt"))
+    (frame,) = (one for one in open_rgbd_folder(KITCHEN).frames() if one.number == number)
+    return extract(Frame.from_depth(frame.image(), frame.depth_m(), frame.camera), CONFIG), frame.T_world_sensor
 
 
 @cache
-def kitti_features(index: int) -> Features:
-    rows = dict(line.split(":") for line in (KITTI / "calib.txt").read_text().splitlines())
-    P_camera2, T_velodyne = (np.array(rows[name].split(), float).reshape(3, 4) for name in ("P2", "Tr"))
-    T_camera2_camera0, T_camera0_points = np.eye(4), np.eye(4)
-    T_camera2_camera0[:3, 3] = np.linalg.solve(P_camera2[:, :3], P_camera2[:, 3])
-    T_camera0_points[:3] = T_velodyne
-    image = cv2.imread(str(KITTI / "image_2" / f"{index:06d}.png"))
-    camera = Camera(image.shape[1], image.shape[0], *P_camera2[(0, 1, 0, 1), (0, 1, 2, 2)])
-    points = np.fromfile(KITTI / "velodyne" / f"{index:06d}.bin", np.float32).reshape(-1, 4)[:, :3]
-    return extract(Frame.from_points(image, points, camera, T_camera2_camera0 @ T_camera0_points), LIDAR_CONFIG)
+def kitti_features(number: int) -> Features:
+    dataset = open_kitti(KITTI)
+    (frame,) = (one for one in dataset.frames() if one.number == number)
+    T_camera_lidar = np.linalg.inv(dataset.T_lidar_camera)
+    return extract(Frame.from_points(frame.image(), frame.points(), frame.camera, T_camera_lidar), LIDAR_CONFIG)
 
 
 @pytest.mark.skipif(not KITTI.is_dir(), reason=f"no data folder {KITTI.name}")

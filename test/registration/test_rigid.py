@@ -1,16 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rigid motions: angles to the last digit, and fits whose answer is known."""
-
-from __future__ import annotations
+"""Rigid motions and quaternions: angles to the last digit, and fits whose answer is known."""
 
 import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.registration.rigid import angle_rad, inverse, transform, weighted_svd
+from vigg_ros.registration.quaternion import quaternion_from_rotation, rotation_from_quaternion
+from vigg_ros.registration.rigid import angle_rad, inverse, is_rigid, nearest_rigid, transform, weighted_svd
 from vigg_ros_testing.registration_samples import apply, errors, motion, random_motion
 
 TETRAHEDRON = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
@@ -25,9 +26,7 @@ def test_transform_and_inverse_by_hand() -> None:
     np.testing.assert_allclose(transform(inverse(T_target_source), target), source, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "angle", [0.0, 1e-12, 1e-9, 1e-4, 0.3, 1.5, 3.0, math.pi - 1e-4, math.pi - 1e-9, math.pi]
-)
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 1e-4, 0.3, 1.5, 3.0, math.pi - 1e-4, math.pi - 1e-9, math.pi])
 def test_angle_is_precise_everywhere(angle: float) -> None:
     axis = np.array((2.0, -1.0, 2.0)) / 3
     found = angle_rad(Rotation.from_rotvec(angle * axis).as_matrix())
@@ -138,3 +137,52 @@ def test_far_from_the_origin_nothing_is_lost() -> None:
     T_found, determined = weighted_svd(apply(T_true, source), source, np.ones(4))
     assert determined
     np.testing.assert_allclose(apply(T_found, source), apply(T_true, source), atol=1e-9)
+
+
+ANGLES = st.floats(-math.pi, math.pi)
+
+
+@given(ANGLES, ANGLES, ANGLES)
+def test_quaternions_are_those_of_scipy(x: float, y: float, z: float) -> None:
+    R = Rotation.from_rotvec((x, y, z)).as_matrix()
+    q = np.array(quaternion_from_rotation(R))
+    expected = Rotation.from_matrix(R).as_quat()
+    assert min(np.abs(q - expected).max(), np.abs(q + expected).max()) < 1e-12
+    assert q[3] >= 0
+    assert abs(np.linalg.norm(q) - 1) < 1e-15
+    np.testing.assert_allclose(rotation_from_quaternion(*q), R, atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0), (0.6, 0.8, 0), (-0.6, 0, 0.8)])
+@pytest.mark.parametrize("short_of_half_turn", [0.0, 1e-12, 1e-9, 1e-6])
+def test_half_turns_keep_their_digits(axis: tuple[float, ...], short_of_half_turn: float) -> None:
+    R = Rotation.from_rotvec(np.array(axis) * (math.pi - short_of_half_turn)).as_matrix()
+    np.testing.assert_allclose(rotation_from_quaternion(*quaternion_from_rotation(R)), R, atol=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_transform_written_with_three_digits_is_rigid_and_stands_for_the_exact_one(seed: int) -> None:
+    exact = random_motion(np.random.default_rng(seed))
+    rounded = np.round(exact, 3)
+    assert is_rigid(rounded)
+    nearest = nearest_rigid(rounded)
+    assert nearest is not None
+    np.testing.assert_allclose(nearest[:3, :3] @ nearest[:3, :3].T, np.eye(3), atol=1e-14)
+    # Nine entries, each off by at most 0.0005, and no farther from the nearest rotation than from the exact one.
+    assert np.linalg.norm(nearest[:3, :3] - exact[:3, :3]) < 2 * 3 * 0.0005
+    np.testing.assert_array_equal(nearest[:, 3], rounded[:, 3])
+
+
+@pytest.mark.parametrize(
+    "T",
+    [np.eye(3), np.zeros((4, 4)), np.full((4, 4), np.nan), np.diag((1e300, 1, 1, 1)), 2 * np.eye(4)]
+    + [np.diag((1.0, 1, -1, 1)), np.diag((1.0, 1.002, 1, 1))]
+    # A shear, a place at infinity, and a bottom row that is none.
+    + [
+        np.where(np.arange(16) == at, x, np.eye(4).ravel()).reshape(4, 4)
+        for at, x in ((1, 3e-3), (3, np.inf), (12, 0.01))
+    ],
+)
+def test_what_is_not_rigid_is_told(T: np.ndarray) -> None:
+    assert not is_rigid(T)
+    assert nearest_rigid(T) is None

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scans of a rendered street, and of a real road, registered against what is known of their motion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

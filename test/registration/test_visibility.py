@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a sensor saw along its lines of sight, against surfaces in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
@@ -34,9 +32,7 @@ def test_behind_a_depth_image() -> None:
 
 def directions(step_deg: float) -> Array:
     """Unit vectors all around, between 89.5 deg below and above the horizon."""
-    azimuth, elevation = np.deg2rad(
-        np.meshgrid(np.arange(-180, 180, step_deg) + 0.1, np.arange(-89.5, 89.6, step_deg))
-    )
+    azimuth, elevation = np.deg2rad(np.meshgrid(np.arange(-180, 180, step_deg) + 0.1, np.arange(-89.5, 89.6, step_deg)))
     level = np.cos(elevation)
     return np.stack((np.cos(azimuth) * level, np.sin(azimuth) * level, np.sin(elevation)), axis=-1).reshape(-1, 3)
 
@@ -85,9 +81,9 @@ def test_two_ranges_in_a_cell(ranges_m: tuple[float, float], behind_m: tuple[flo
     np.testing.assert_allclose(found, behind_m, atol=5e-6)
 
 
-@pytest.mark.parametrize("point", [(-10, 0, 0), (-10, -0.01, 0), (-10, 0.01, 0), (0, 0, 10), (0, 0, -10)])
-def test_the_seam_behind_and_the_poles_belong_to_the_view(point: tuple[float, float, float]) -> None:
-    np.testing.assert_allclose(view_of([point]).behind(1.2 * np.array([point])), 2.0, atol=5e-6)
+def test_the_seam_behind_and_the_poles_belong_to_the_view() -> None:
+    for point in np.array([(-10, 0, 0), (-10, -0.01, 0), (-10, 0.01, 0), (0, 0, 10), (0, 0, -10)]):
+        np.testing.assert_allclose(view_of([point]).behind(1.2 * point[None]), 2.0, atol=5e-6)
 
 
 def test_agreement_counts_shares_of_all_points() -> None:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Visual matches by hand-made descriptors, and detectors on drawn images."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
@@ -46,11 +44,8 @@ def test_the_nearest_is_matched_if_it_is_clearly_nearer() -> None:
     ratios = [squared(a) / squared(b) for a, b in ((5, 35), (11, 19), (28, 32))]
     for ratio, count in ((ratios[2] + 0.01, 3), (ratios[2] - 0.01, 2), (ratios[1] - 0.01, 1)):
         assert len(match_visual(target, source, VisualConfig(ratio=ratio))) == count
-
-
-def test_the_best_top_k_are_kept() -> None:
     target, source = keypoints(directions(0, 60, 120)), keypoints(directions(9, 62, 124, 5, 3), first=10)
-    assert match_visual(target, source, VisualConfig(top_k=3)).source[:, 0].tolist() == [11, 14, 12]
+    assert match_visual(target, source, VisualConfig(top_k=3)).source[:, 0].tolist() == [11, 14, 12], "the best top_k"
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,6 @@
 Warnings are errors here as everywhere in the tests, so no overflow passes in silence.
 """
 
-from __future__ import annotations
-
 import copy
 from types import SimpleNamespace
 from typing import Any
@@ -17,24 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vigg_ros.registration.errors import DataError
-from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS, decode_image
-from vigg_ros.sensors.compressed_depth import decode_compressed_depth
-from vigg_ros.sensors.compressed_image import decode_compressed_image
-from vigg_ros.sensors.depth_image import decode_depth
+from vigg_ros.sensors.colour_image import COLOUR_ENCODINGS, DEPTH_ENCODINGS
 from vigg_ros.sensors.observation import Calibration, Observation
 from vigg_ros.sensors.point_cloud import decode_points
 from vigg_ros_testing.decoder_samples import SAMPLES
-from vigg_ros_testing.message_samples import (
-    DATATYPES,
-    allocating_less_than,
-    cloud,
-    compressed,
-    image,
-    point_field,
-    xyz_table,
-)
+from vigg_ros_testing.message_samples import DATATYPES, allocating_less_than, cloud, point_field, xyz_table
 
-MANY = settings(max_examples=6 * settings().max_examples)
+MANY = settings(max_examples=2 * settings().max_examples)
 
 SIZES = st.integers(0, 9) | st.sampled_from([16, 255, 480, 640, 32_767, 2**16, 2**31, 2**32 - 1])
 FLOATS = st.floats() | st.sampled_from([0.0, 1.0, -1.0, 1e-300, 1e300, 500.0])
@@ -103,16 +90,11 @@ def assert_sound(observation: Any) -> None:
             assert value.size
             assert value.dtype in (np.uint8, np.float32, np.float64)
     if isinstance(observation, Calibration) and observation.rectifier is not None:
-        assert_rectifies(observation)
-
-
-def assert_rectifies(calibration: Calibration) -> None:
-    raw = calibration.rectifier.raw
-    if raw.width_px * raw.height_px > 100_000 or calibration.camera.width_px > 1_000:
-        return
-    depth_m = calibration.rectifier.depth(np.ones((raw.height_px, raw.width_px), np.float32))
-    assert np.isfinite(depth_m).all()
-    assert (depth_m >= 0).all()
+        raw = observation.rectifier.raw
+        if raw.width_px * raw.height_px <= 100_000 and observation.camera.width_px <= 1_000:
+            depth_m = observation.rectifier.depth(np.ones((raw.height_px, raw.width_px), np.float32))
+            assert np.isfinite(depth_m).all()
+            assert (depth_m >= 0).all()
 
 
 def decoded_or_refused(decode: Any, message: Any) -> None:
@@ -134,24 +116,10 @@ def decoded_or_refused(decode: Any, message: Any) -> None:
 @MANY
 @given(data=st.data())
 def test_broken_messages(name, data):
-    sample = SAMPLES[name]
-    decoded_or_refused(sample.decode, data.draw(broken_messages(sample.message)))
-
-
-@MANY
-@given(
-    st.sampled_from([*COLOUR_ENCODINGS, *DEPTH_ENCODINGS]),
-    st.binary(max_size=400),
-    st.integers(1, 9),
-    st.integers(1, 9),
-    st.integers(0, 40),
-    st.booleans(),
-)
-def test_images_of_any_bytes(encoding, data, width, height, step, big_endian):
-    changes = {"width": width, "height": height, "step": step, "is_bigendian": big_endian, "data": data}
-    msg = image(np.zeros((1, 1), "u1"), encoding, **changes)
-    decoded_or_refused(decode_image, msg)
-    decoded_or_refused(decode_depth, msg)
+    message = data.draw(broken_messages(SAMPLES[name].message))
+    # The worst that under 2 kB can ask for is 2 MB of RVL and 17 MPx of PNG; most ask for nothing.
+    with allocating_less_than(150_000_000):
+        decoded_or_refused(SAMPLES[name].decode, message)
 
 
 @MANY
@@ -170,26 +138,3 @@ def test_clouds_of_any_layout_and_any_bytes(data):
         "data": data.draw(st.binary(min_size=200, max_size=600)),
     }
     decoded_or_refused(decode_points, cloud(xyz_table(np.ones((2, 3))), **changes))
-
-
-@MANY
-@given(
-    st.sampled_from(["16UC1; compressedDepth rvl", "32FC1; compressedDepth rvl", "16UC1; compressedDepth"]),
-    st.integers(0, 12),
-    st.integers(0, 12),
-    st.binary(max_size=80),
-)
-def test_compressed_images_of_any_bytes(text, width, height, data):
-    payload = np.float32([0, 1, 0]).tobytes() + np.uint32([width, height]).tobytes() + data
-    decoded_or_refused(decode_compressed_depth, compressed(payload, text))
-    decoded_or_refused(decode_compressed_image, compressed(b"\xff\xd8\xff" + data, "jpeg"))
-    decoded_or_refused(decode_compressed_image, compressed(b"\x89PNG\r\n\x1a\n" + data, "png"))
-
-
-@given(st.data())
-def test_small_messages_take_little_memory(data):
-    """The worst that under 2 kB can ask for is 2 MB of RVL and 17 MPx of PNG; most ask for nothing."""
-    sample = SAMPLES[data.draw(st.sampled_from(sorted(SAMPLES)))]
-    message = data.draw(broken_messages(sample.message))
-    with allocating_less_than(150_000_000):
-        decoded_or_refused(sample.decode, message)

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images of colours and depth: each encoding by hand. What is refused is in test_image_refusals.py."""
 
-from __future__ import annotations
-
 import array
 
 import numpy as np
 import pytest
 
-from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.frame import Frame
 from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros.sensors.depth_image import decode_depth
 from vigg_ros_testing.message_samples import STAMP_NS, image
@@ -128,13 +124,6 @@ def test_padding_behind_the_rows_is_skipped(encoding):
     assert decoded.notes == ()
 
 
-@pytest.mark.parametrize("size", [(1, 1), (8, 8)])
-@pytest.mark.parametrize("value", [0, 128, 255])
-def test_images_without_texture_are_still_images(size, value):
-    decoded = decode_image(image(np.full(size, value, "u1"), "mono8"))
-    np.testing.assert_array_equal(decoded.image, np.full(size, value))
-
-
 def test_bytes_are_shared_with_the_message_and_cannot_be_written():
     data = array.array("B", plane(B, G, R).tobytes())
     decoded = decode_image(image(plane(B, G, R), "bgr8", data=data)).image
@@ -200,12 +189,3 @@ def test_what_is_no_distance_is_zero(encoding, dtype, nothing):
         decode_depth(image(np.array([[*nothing, 1, 2]]).astype(dtype), encoding))
     assert caught.value.code == "NO_DEPTH"
     assert "2 pixels" in caught.value.found
-
-
-@pytest.mark.hostile("Image: depth and image of different size R")
-def test_depth_that_does_not_fit_its_image_is_refused():
-    depth_m = decode_depth(image(MILLIMETRES.astype("<u2"), "16UC1")).depth_m
-    camera = Camera(width_px=6, height_px=4, fx_px=5, fy_px=5, cx_px=2.5, cy_px=1.5)
-    with pytest.raises(DataError) as caught:
-        Frame.from_depth(np.zeros((4, 6), np.uint8), depth_m, camera)
-    assert caught.value.code == "DEPTH_SIZE"

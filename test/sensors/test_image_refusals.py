@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What each decoder refuses, one message a line: by its code, in a short line, before it costs memory."""
-
-from __future__ import annotations
+"""What decoders of images refuse, one message a line, by its code before it costs memory; and what they note."""
 
 import struct
 from collections.abc import Callable
@@ -15,8 +13,19 @@ from vigg_ros.sensors.colour_image import decode_image
 from vigg_ros.sensors.compressed_depth import decode_compressed_depth
 from vigg_ros.sensors.compressed_image import decode_compressed_image
 from vigg_ros.sensors.depth_image import decode_depth
-from vigg_ros_testing.decoder_samples import assert_refused, cases
-from vigg_ros_testing.message_samples import compressed, image, jpeg, png, png_payload, rvl_payload
+from vigg_ros.sensors.point_cloud import decode_points
+from vigg_ros_testing.decoder_samples import assert_refused, cases, rectified_camera
+from vigg_ros_testing.message_samples import (
+    camera_info,
+    cloud,
+    compressed,
+    image,
+    jpeg,
+    png,
+    png_payload,
+    rvl_payload,
+    xyz_table,
+)
 
 STEP = pytest.mark.hostile("Image: step too short R")
 DATA = pytest.mark.hostile("Image: data short R, long N")
@@ -102,63 +111,38 @@ def rvls(*sizes: tuple[int, int]) -> list[Any]:
     return [compressed(RVL_DEPTH[:12] + struct.pack("<II", *size) + RVL_DEPTH[20:], AS_RVL) for size in sizes]
 
 
+def compressed_each(*pairs: tuple[bytes, str]) -> list[Any]:
+    return [compressed(*pair) for pair in pairs]
+
+
+DEPTH_TEXTS = (AS_PNG, "32FC1; compressedDepth rvl", "16UC1; png compressed ")
+NO_QUANTISATIONS = ((np.nan, 0.0), (1.0, np.inf), (0.0, 0.0), (-1.0, 5.0))
+QUANTISED = [(png_payload(MILLIMETRES, *numbers), "32FC1; compressedDepth") for numbers in NO_QUANTISATIONS]
+SHORT_HEADERS = [(b"\0" * size, text) for text in (AS_PNG, AS_RVL) for size in (0, 1, 11, 12)]
+COLOURED = [
+    (jpeg(NOISE), "rgb8; jpeg compressed bgr8"),
+    *((b"\0" * 12 + png(pixels), AS_PNG) for pixels in (NOISE, NOISE[:, :, 0])),
+]
+OTHER_FORMATS = [
+    (jpeg(NOISE), "16UC1; jpeg compressed "),
+    *((PNG_DEPTH, text) for text in ("16UC1; compressedDepth zstd", "64FC1; compressedDepth png")),
+    (RVL_DEPTH, AS_PNG),
+]
+STRANGE = [(PNG_DEPTH, text) for text in ("jpeg", "", "z" * 10_000)]
 COMPRESSED_IMAGES = [
     (decode_compressed_image, "COMPRESSED_BROKEN", COMPRESSED, jpegs(*CUTS, *HEADERS_ALONE)),
     (decode_compressed_image, "COMPRESSED_FORMAT", COMPRESSED, jpegs(*NO_IMAGES)),
     (decode_compressed_image, "IMAGE_DIMENSIONS", COMPRESSED, jpegs(*BOMBS, jpeg_of_size(9_000, 7_000))),
+    (decode_compressed_image, "IMAGE_IS_DEPTH", WRONG_TOPIC, [compressed(png(NOISE), text) for text in DEPTH_TEXTS]),
     (decode_compressed_depth, "IMAGE_DIMENSIONS", COMPRESSED, [compressed(b"\0" * 12 + png, AS_PNG) for png in BOMBS]),
-    (
-        decode_compressed_image,
-        "IMAGE_IS_DEPTH",
-        WRONG_TOPIC,
-        [compressed(png(NOISE), text) for text in (AS_PNG, "32FC1; compressedDepth rvl", "16UC1; png compressed ")],
-    ),
-    (
-        decode_compressed_depth,
-        "DEPTH_QUANTISATION",
-        (),
-        [
-            compressed(png_payload(MILLIMETRES, a, b), "32FC1; compressedDepth")
-            for a, b in ((np.nan, 0.0), (1.0, np.inf), (0.0, 0.0), (-1.0, 5.0))
-        ],
-    ),
-    (
-        decode_compressed_depth,
-        "DEPTH_HEADER",
-        COMPRESSED,
-        [compressed(b"\0" * size, text) for text in (AS_PNG, AS_RVL) for size in (0, 1, 11, 12)],
-    ),
-    (decode_compressed_depth, "DEPTH_HEADER", COMPRESSED, [compressed(RVL_DEPTH[:20], AS_RVL)]),
+    (decode_compressed_depth, "DEPTH_QUANTISATION", (), compressed_each(*QUANTISED)),
+    (decode_compressed_depth, "DEPTH_HEADER", COMPRESSED, compressed_each(*SHORT_HEADERS, (RVL_DEPTH[:20], AS_RVL))),
     (decode_compressed_depth, "IMAGE_DIMENSIONS", COMPRESSED, rvls((0, 0), (0, 3), (U32, U32), (4_000, 4_000))),
     (decode_compressed_depth, "RVL_OVERRUN", COMPRESSED, rvls((4, 2), (4, 4), (5, 3), (3, 3))),
     (decode_compressed_depth, "RVL_OVERRUN", COMPRESSED, [compressed(RVL_DEPTH[:n], AS_RVL) for n in (21, 24, 28)]),
-    (
-        decode_compressed_depth,
-        "DEPTH_IS_COLOUR",
-        WRONG_TOPIC,
-        [
-            compressed(jpeg(NOISE), "rgb8; jpeg compressed bgr8"),
-            compressed(b"\0" * 12 + png(NOISE), AS_PNG),
-            compressed(b"\0" * 12 + png(NOISE[:, :, 0]), AS_PNG),
-        ],
-    ),
-    (
-        decode_compressed_depth,
-        "COMPRESSED_FORMAT",
-        WRONG_TOPIC,
-        [
-            compressed(jpeg(NOISE), "16UC1; jpeg compressed "),
-            compressed(PNG_DEPTH, "16UC1; compressedDepth zstd"),
-            compressed(PNG_DEPTH, "64FC1; compressedDepth png"),
-            compressed(RVL_DEPTH, AS_PNG),
-        ],
-    ),
-    (
-        decode_compressed_depth,
-        "DEPTH_ENCODING",
-        WRONG_TOPIC,
-        [compressed(PNG_DEPTH, text) for text in ("jpeg", "", "z" * 10_000)],
-    ),
+    (decode_compressed_depth, "DEPTH_IS_COLOUR", WRONG_TOPIC, compressed_each(*COLOURED)),
+    (decode_compressed_depth, "COMPRESSED_FORMAT", WRONG_TOPIC, compressed_each(*OTHER_FORMATS)),
+    (decode_compressed_depth, "DEPTH_ENCODING", WRONG_TOPIC, compressed_each(*STRANGE)),
     (decode_compressed_depth, "NO_DEPTH", (), [compressed(rvl_payload(np.zeros((3, 4), "u2")), AS_RVL)]),
     (decode_compressed_depth, "COMPRESSED_BROKEN", (), [compressed(WRONG_CHECKSUM, AS_PNG)]),
 ]
@@ -167,3 +151,45 @@ COMPRESSED_IMAGES = [
 @pytest.mark.parametrize(("decode", "message", "code"), cases(IMAGES, COMPRESSED_IMAGES))
 def test_what_cannot_be_used_is_refused(decode: Callable[[Any], Any], message: Any, code: str) -> None:
     assert_refused(decode, message, code)
+
+
+POINTS = xyz_table(np.arange(1.0, 13.0).reshape(4, 3))
+LONG = pytest.mark.hostile("PointCloud2: data shorter than row_step * height R, longer N")
+UNIT = pytest.mark.hostile("Image: implausible depth unit (median over 100 m or under 5 cm) N")
+
+
+def mostly(value: float, encoding: str) -> Any:
+    """Depth of this value; a median, so what a few pixels say does not matter."""
+    values = np.full((120, 160), value, "<f4" if encoding == "32FC1" else "<u2")
+    values[:10] = 1000
+    return image(values, encoding)
+
+
+NO_HEADER = (AS_PNG, "16UC1; png compressed ")
+P_OF_STEREO = [400.0, 0, 300, -40, 0, 410, 200, 0, 0, 0, 1, 0]
+NOTED = [
+    (decode_image, "DATA_LONG", DATA, [image(COLOUR, "rgb8", data=COLOUR.tobytes() + b"\xff" * 3)]),
+    (decode_depth, "DATA_LONG", DATA, [image(DEPTH * 1000, "16UC1", data=(DEPTH * 1000).tobytes() + b"\0")]),
+    (decode_points, "DATA_LONG", LONG, [cloud(POINTS, data=POINTS.tobytes() + b"\1")]),
+    (decode_points, "CLOUD_ROW_STEP", (), [cloud(POINTS, row_step=0)]),
+    (decode_image, "DARK_16_BIT", (), [image(DEPTH * 4095, "mono16")]),
+    (decode_depth, "DEPTH_UNIT", UNIT, [mostly(value, "32FC1") for value in (1500.0, 101.0)]),
+    (decode_depth, "DEPTH_UNIT", UNIT, [mostly(value, "16UC1") for value in (2, 49)]),
+    (decode_depth, "", UNIT, [mostly(99.0, "32FC1"), mostly(51, "16UC1")]),
+    (decode_compressed_depth, "DEPTH_HEADER_MISSING", (), [compressed(png(MILLIMETRES), text) for text in NO_HEADER]),
+    (rectified_camera, "STEREO_OFFSET", (), [camera_info(p=P_OF_STEREO)]),
+]
+
+
+@pytest.mark.parametrize(("decode", "message", "code"), cases(NOTED))
+def test_what_is_odd_is_taken_with_a_note(decode: Callable[[Any], Any], message: Any, code: str) -> None:
+    notes = decode(message).notes
+    assert [note.code for note in notes] == ([code] if code else [])
+    assert all(note.remedy in str(note) for note in notes)
+
+
+def test_a_surplus_and_a_useless_row_step_change_nothing() -> None:
+    longer = image(COLOUR, "rgb8", data=COLOUR.tobytes() + b"\xff" * 3)
+    np.testing.assert_array_equal(decode_image(longer).image, COLOUR)
+    for odd in (cloud(POINTS, data=POINTS.tobytes() + b"\1"), cloud(POINTS, row_step=0)):
+        np.testing.assert_array_equal(decode_points(odd).points, np.arange(1.0, 13.0).reshape(4, 3))

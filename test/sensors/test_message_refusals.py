@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each decoder refuses, one message a line: by its code, in a short line, before it costs memory."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -6,8 +6,6 @@ The raw images are linear ramps, which bilinear sampling gives back exactly: a r
 the ramp's value at the place where the model says it comes from.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -18,6 +16,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.rectification import IDENTITY_ROTATION, Rectifier, resized, scaled
 
 RAW = Camera(160, 120, 110.0, 112.0, 78.0, 61.0)
+WIDE = Camera(201, 201, 50.0, 50.0, 100.0, 100.0)
 RECTIFIED = Camera(150, 110, 100.0, 101.0, 70.0, 57.0)
 PLUMB_BOB = (-0.25, 0.06, 0.002, -0.001, 0.01)
 RATIONAL = (0.6, -0.05, 0.001, -0.0005, 0.002, 0.9, 0.02, 0.01)
@@ -42,12 +41,7 @@ def kannala(x: float, y: float, lens: tuple[float, ...]) -> tuple[float, float]:
 
 
 MODELS = {"plumb_bob": brown, "rational_polynomial": brown, "equidistant": kannala}
-LENSES = [
-    ("plumb_bob", PLUMB_BOB),
-    ("plumb_bob", PLUMB_BOB[:4]),
-    ("rational_polynomial", RATIONAL),
-    ("equidistant", EQUIDISTANT),
-]
+LENSES = [*zip(MODELS, (PLUMB_BOB, RATIONAL, EQUIDISTANT), strict=True), ("plumb_bob", PLUMB_BOB[:4])]
 
 
 def source_of(rectifier: Rectifier, u: int, v: int) -> tuple[float, float, float]:
@@ -109,8 +103,7 @@ def test_no_distortion_and_the_same_camera_change_nothing():
 
 def test_beyond_the_fold_of_the_polynomial_nothing_is_shown():
     # r (1 - 0.3 r^2) rises up to r = 1 / sqrt(0.9) = 1.054 and then turns back into the image.
-    wide = Camera(201, 201, 50.0, 50.0, 100.0, 100.0)
-    rectifier = Rectifier(wide, wide, "plumb_bob", (-0.3, 0.0, 0.0, 0.0))
+    rectifier = Rectifier(WIDE, WIDE, "plumb_bob", (-0.3, 0.0, 0.0, 0.0))
     rectified = rectifier.image(np.full((201, 201), 255, np.uint8))
     v, u = np.mgrid[:201, :201]
     radius = np.hypot(u - 100, v - 100) / 50
@@ -120,20 +113,19 @@ def test_beyond_the_fold_of_the_polynomial_nothing_is_shown():
 
 def test_tangential_terms_are_no_fold():
     # To the right x - 0.6 x^2 turns back at 0.83; to the left x = -1 comes from -1.6, pixel 20.
-    wide = Camera(201, 201, 50.0, 50.0, 100.0, 100.0)
-    rectifier = Rectifier(wide, wide, "plumb_bob", (0.0, 0.0, 0.0, -0.2))
+    rectifier = Rectifier(WIDE, WIDE, "plumb_bob", (0.0, 0.0, 0.0, -0.2))
     rectified = rectifier.image(np.tile(np.arange(201, dtype=np.uint8), (201, 1)))
     assert rectified[100, 50] == 20
 
 
 def test_images_of_another_size_are_refused():
     rectifier = Rectifier(RAW, RECTIFIED, "plumb_bob", PLUMB_BOB)
-    for refuse in (
-        lambda: rectifier.image(np.zeros((110, 150), np.uint8)),
-        lambda: rectifier.depth(np.zeros((120, 161), np.float32)),
+    for refuse, pixels in (
+        (rectifier.image, np.zeros((110, 150), "u1")),
+        (rectifier.depth, np.zeros((120, 161), "f4")),
     ):
         with pytest.raises(DataError) as caught:
-            refuse()
+            refuse(pixels)
         assert caught.value.code == "IMAGE_SIZE"
 
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small bags with nothing wrong, written by rosbags itself; the tests break one thing at a time."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -35,7 +33,7 @@ DEPTH, TRUTH = "/camera/aligned_depth_to_color/image_raw", "/ground_truth/pose"
 
 @dataclass(frozen=True)
 class Entry:
-    """One message as a recorder gets it."""
+    """One message as a recorder gets it, and as it is in a bag."""
 
     topic: str
     type: str
@@ -139,13 +137,6 @@ def write_split_bag(path: Path, entries: list[Entry], *, storage: str = "mcap", 
 def storage_file(bag: Path) -> Path:
     (found,) = (path for path in bag.iterdir() if path.name != "metadata.yaml")
     return found
-
-
-def edit_metadata(bag: Path, **changes: object) -> None:
-    path = bag / "metadata.yaml"
-    document = yaml.safe_load(path.read_text())
-    document["rosbag2_bagfile_information"].update(changes)
-    path.write_text(yaml.safe_dump(document))
 
 
 def noise_entries(count: int, *, topic: str = COLOUR) -> list[Entry]:

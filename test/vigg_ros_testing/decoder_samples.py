@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One good message or more for each decoder: what real classes must carry and fuzzing starts from."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Small bags of a camera with depth images or a scanner, for the pages about them."""
-
-from __future__ import annotations
+"""Small bags of a camera with depth images or a scanner, for the pages about them; and the camera of conftest.py."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +18,11 @@ PERIOD_NS = 100_000_000
 CAMERA = Camera(width_px=64, height_px=48, fx_px=50.0, fy_px=50.0, cx_px=31.5, cy_px=23.5)
 COLOUR, INFO, DEPTH, CLOUD = "/cam/color/image_raw", "/cam/color/camera_info", "/cam/depth/image_raw", "/points"
 RGBD = COLOUR, INFO, DEPTH
+
+VIEWED_BY = Camera(160, 120, 131.0, 131.0, 79.5, 59.5)
+"""The camera of the folder of a few small views that the tests of the commands share."""
+INTRINSICS = ["--intrinsics", "131", "131", "79.5", "59.5"]
+"""The same for the command line."""
 
 
 def picture(number: int) -> np.ndarray:
@@ -74,12 +77,6 @@ def write_static(path: Path, T_lidar_camera: np.ndarray) -> Path:
 def with_fields(message: Message, **fields: object) -> Message:
     """The message with other values in some fields, which the encoder might refuse to write."""
     return Message(message.type, {**message.fields, **fields})
-
-
-def without_stamp(message: Message) -> Message:
-    """The same message with the stamp 0."""
-    time = Message("builtin_interfaces/msg/Time", {"sec": 0, "nanosec": 0})
-    return with_fields(message, header=with_fields(message.fields["header"], stamp=time))
 
 
 def looking_along_x() -> np.ndarray:

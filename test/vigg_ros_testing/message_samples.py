@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages with nothing wrong, made of plain attributes; the tests break one thing at a time."""
 
-from __future__ import annotations
-
 import struct
 import tracemalloc
 import zlib

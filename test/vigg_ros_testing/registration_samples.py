@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the tests of the method share: motions, matches, places to look at, and sensors to look with."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 

@@ -11,29 +11,18 @@ from pathlib import Path
 
 import pytest
 from rosbags import rosbag2
-from rosbags.typesys import Stores, get_typestore
 
 from vigg_ros.cli import replay
 from vigg_ros.cli.main import main
 from vigg_ros.registration.config import Config
 from vigg_ros.tracking.frame_result import FrameResult
+from vigg_ros_testing.bag_samples import Entry, write_bag
 
 ROOM = Path(__file__).parents[2] / "bags" / "room_rgbd"
-STORE = get_typestore(Stores.ROS2_JAZZY)
 SECOND_NS = 1_000_000_000
 
 CHEAP = {"visual.detector": "orb", "geometric.voxel_size_m": 0.06, "geometric.sample_k": 800}
 """Coarse and quick: what is tested here is what happens to messages, not how precise poses are."""
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """One message as its bytes were recorded."""
-
-    topic: str
-    type: str
-    log_ns: int
-    data: bytes
 
 
 def short_entries(bag: Path, *, frames: int, every: int) -> list[Entry]:
@@ -50,14 +39,7 @@ def short_entries(bag: Path, *, frames: int, every: int) -> list[Entry]:
 
 def write_entries(path: Path, entries: Iterable[Entry], storage: str = "mcap") -> Path:
     """A rosbag2 folder of raw messages, in this order."""
-    connections = {}
-    with rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin[storage.upper()]) as writer:
-        for one in entries:
-            key = one.topic, one.type
-            if key not in connections:
-                connections[key] = writer.add_connection(*key, typestore=STORE)
-            writer.write(connections[key], one.log_ns, one.data)
-    return path
+    return write_bag(path, list(entries), storage=storage)
 
 
 def looped(entries: Sequence[Entry], times: int) -> list[Entry]:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A car with a camera and a LiDAR in a rendered street: frames whose motion is known exactly."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 
