@@ -23,7 +23,7 @@ from vigg_ros.report.page import write_report
 from vigg_ros.report.recording import LEADING_MESSAGES, Recording, Replay
 from vigg_ros.report.replay_files import write_frames, write_json, write_trajectory
 from vigg_ros.report.result_bag import write_result_bag
-from vigg_ros.report.summary_table import summary_table
+from vigg_ros.report.wording import summary_table
 from vigg_ros.tracking.frame_result import FrameResult, State
 
 MIN_FRAMES = 2
@@ -138,7 +138,7 @@ def _write(
     if with_bag:
         write_result_bag(recording.frames, output / "results_bag")
     _print_notes(recording)
-    print(summary_table(recording, metrics, configuration=chosen.source))
+    print(summary_table(recording, metrics, run_info))
     print(f"report: {output / 'report.html'}")
 
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from vigg_ros.report import wording
+from vigg_ros.report import plots, wording
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.gallery import Gallery
-from vigg_ros.report.html import Markup, element, page, plot, section
+from vigg_ros.report.html import Markup, element, page, plot, section, tile
 from vigg_ros.report.pictured_frames import locate, pictured_section
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.routes import find_routes, frame_errors
@@ -51,50 +51,36 @@ def write_report(
     content = Content(recording, metrics, gallery, run_info, time_axis(recording.frames))
     parts = [_header(content)]
     if recording.frames:
-        parts += [_states(content), _unanswered(content), _routes(content), _errors(content)]
-        parts += [_evidence(content), _times(content)]
+        parts += [draw(content) for draw in (_states, _unanswered, _routes, _errors, _evidence, _times)]
         parts += [pictured_section(gallery, recording.frames, content.axis)]
-    parts += [_notes(content), _run(content)]
+    parts += [_notes(content)]
+    parts += [section("Run", wording.changes_table(gallery.config), wording.run_table(run_info))]
     path.write_text(page(f"Replay of {recording.name}", *parts), encoding="utf-8")
 
 
 def _header(content: Content) -> Markup:
     recording, metrics = content.recording, content.metrics
-    tiles = [
-        wording.coverage_tile(recording),
-        *wording.accuracy_tiles(recording, metrics),
-        wording.time_tile(recording, content.run_info),
-    ]
-    return element(
-        "header",
-        element("h1", f"Replay of {recording.name}"),
-        wording.lead(recording, metrics),
-        element("div", *tiles, class_="tiles"),
-    )
+    tiles = (tile(*figure) for figure in wording.key_figures(recording, metrics, content.run_info))
+    title = element("h1", f"Replay of {recording.name}")
+    return element("header", title, wording.lead(recording, metrics), element("div", *tiles, class_="tiles"))
 
 
 def _states(content: Content) -> Markup:
-    from vigg_ros.report import plots  # matplotlib takes a second to load
-
     frames, axis = content.recording.frames, content.axis
     marks = [(place, letter) for place, letter, _ in locate(content.gallery, frames)]
-    svg = plots.as_svg(plots.plot_states(frames, axis, marks), "states")
     keys = ("tracking", "relocalised", "lost", "refused")
     legend = [Markup(element("span", class_=f"key {key}") + key) for key in keys]
     caption = element("span", *legend, ". Ticks below: new keyframes. Letters: frames that are pictured at the end.")
-    return section("What became of the frames", plot(svg, caption))
+    return section("What became of the frames", plot(plots.plot_states(frames, axis, marks), caption))
 
 
 def _unanswered(content: Content) -> Markup:
-    recording = content.recording
-    if len(recording.answered) == len(recording.frames):
+    if content.recording.coverage == 1:
         return Markup()
-    return section("Frames without a pose", wording.unanswered_table(recording, content.axis))
+    return section("Frames without a pose", wording.unanswered_table(content.recording, content.axis))
 
 
 def _routes(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
     routes = find_routes(content.recording, content.metrics)
     if not routes:
         return Markup()
@@ -108,17 +94,14 @@ def _routes(content: Content) -> Markup:
     if any(not np.isnan(route.truth).all() for route in shown):
         assert content.metrics is not None, "there is no truth without metrics"
         said += f"The truth is laid onto the estimate by {content.metrics.pooled.alignment}."
-    return section("Where the sensor went", plot(plots.as_svg(plots.plot_routes(shown, content.axis), "routes"), said))
+    return section("Where the sensor went", plot(plots.plot_routes(shown, content.axis), said))
 
 
 def _errors(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
     recording, metrics = content.recording, content.metrics
     if metrics is None or not metrics.pooled.compared:
         return Markup()
-    errors = frame_errors(recording, metrics)
-    svg = plots.as_svg(plots.plot_errors(errors, recording.frames, content.axis), "errors")
+    svg = plots.plot_errors(frame_errors(recording, metrics), recording.frames, content.axis)
     said = (
         f"Error of each of the {metrics.pooled.compared} compared frames: positions after {metrics.pooled.alignment}; "
         f"rotations with {ROTATION_ALIGNMENT}. Red: no pose."
@@ -127,41 +110,30 @@ def _errors(content: Content) -> Markup:
 
 
 def _evidence(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
     frames = content.recording.frames
     if np.isnan(evidence_series(frames, "overlap")).all():
         return Markup()
-    svg = plots.as_svg(plots.plot_evidence(frames, content.axis), "evidence")
     said = (
         "Overlap: share of both surfaces that coincides with the keyframe's. Consistency: coinciding share of what "
         "both should see. Inliers: matches that agree with the answer. Overlap falls as the sensor moves away from "
         "its keyframe and jumps up at a new one. Red: no pose; crosses: evidence for the best motion, not enough."
     )
-    return section("Evidence", plot(svg, said))
+    return section("Evidence", plot(plots.plot_evidence(frames, content.axis), said))
 
 
 def _times(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
     frames = content.recording.frames
-    if len(totals_ms(frames)) == 0:
+    timed = len(totals_ms(frames))
+    if not timed:
         return Markup()
     said = (
-        f"Median (bar) and 95th percentile (tick) of {len(totals_ms(frames))} frames on: "
+        f"Median (bar) and 95th percentile (tick) of {timed} frames on: "
         f"{wording.machine(content.run_info)}. Without decoding and pairing. Medians of stages do not add up to "
         "the median of their sum; stages that run side by side count in full."
     )
-    return section("Time", plot(plots.as_svg(plots.plot_times(frames), "times"), said))
+    return section("Time", plot(plots.plot_times(frames), said))
 
 
 def _notes(content: Content) -> Markup:
-    recording = content.recording
-    parts = [wording.note_list(recording)]
-    if recording.refused:
-        parts.append(wording.refused_table(recording))
+    parts = wording.note_list(content.recording), wording.refused_table(content.recording)
     return section("Notes", *parts) if any(parts) else Markup()
-
-
-def _run(content: Content) -> Markup:
-    return section("Run", wording.changes_table(content.gallery.config), wording.run_table(content.run_info))

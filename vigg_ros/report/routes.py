@@ -15,7 +15,7 @@ from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.ground_truth import true_trajectory
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.series import positions, time_axis
-from vigg_ros.report.trajectory import Trajectory, interpolate
+from vigg_ros.report.trajectory import Alignment, Trajectory, interpolate
 from vigg_ros.tracking.frame_result import FrameResult
 
 
@@ -43,11 +43,12 @@ def find_routes(recording: Recording, metrics: TrajectoryMetrics | None) -> list
     """The routes of the sessions that have an answered frame, the longest first."""
     axis = time_axis(recording.frames)
     truth = true_trajectory(recording.truth)
+    alignments = {one.session: one.alignment for one in metrics.sessions} if metrics is not None else {}
     found = []
     for session in sorted({record.session for record in recording.answered}):
         rows = [row for row, record in enumerate(recording.frames) if record.session == session]
         frames = [recording.frames[row] for row in rows]
-        known = _true_positions(frames, truth, _alignment(session, metrics))
+        known = _true_positions(frames, truth, alignments.get(session))
         keyframes = np.array([record.new_keyframe for record in frames])
         found.append(Route(session, axis.values[rows], positions(frames), known, keyframes))
     return sorted(found, key=lambda route: -np.count_nonzero(~np.isnan(route.estimate[:, 0])))
@@ -77,22 +78,13 @@ def choose_plan(points: NDArray[np.float64]) -> tuple[int, int, int]:
     return right, up, height
 
 
-def _alignment(session: int, metrics: TrajectoryMetrics | None) -> NDArray[np.float64] | None:
-    """T_truth_estimate of a session; None where there is none."""
-    for one in metrics.sessions if metrics is not None else ():
-        if one.session == session and one.alignment is not None:
-            return one.alignment.T_truth_estimate
-    return None
-
-
 def _true_positions(
-    frames: Sequence[FrameResult], truth: Trajectory, T_truth_estimate: NDArray[np.float64] | None
+    frames: Sequence[FrameResult], truth: Trajectory, alignment: Alignment | None
 ) -> NDArray[np.float64]:
     """True positions (N, 3) of frames in the odometry frame; NaN where they are not known."""
-    if T_truth_estimate is None:
-        return np.full((len(frames), 3), np.nan)
     stamps_ns, place = np.unique([record.stamp_ns for record in frames], return_inverse=True)
-    found, known = interpolate(truth.moved(inverse(T_truth_estimate)), stamps_ns)
     at_stamps = np.full((len(stamps_ns), 3), np.nan)
-    at_stamps[known] = found.positions
+    if alignment is not None:
+        found, known = interpolate(truth.moved(inverse(alignment.T_truth_estimate)), stamps_ns)
+        at_stamps[known] = found.positions
     return at_stamps[place]

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,7 +14,7 @@ from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.ground_truth import truth_frame_note, why_no_errors
-from vigg_ros.report.html import Markup, element, table, tile
+from vigg_ros.report.html import Markup, element, table
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.series import Axis, totals_ms
 from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, Errors, Spread
@@ -36,43 +37,56 @@ def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
         said += f" Nothing is known of their errors: {why_no_errors(recording)}."
     else:
         ate = Spread.of(metrics.pooled.absolute.translation_m)
-        said += (
-            f" Compared with the truth over {ate.count} of them, positions are off by {length(ate.rmse)} rmse "
-            f"(median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}), "
-            f"after {metrics.pooled.alignment}."
-        )
+        said += f" Compared with the truth over {ate.count} of them, positions are off by {length(ate.rmse)} rmse "
+        said += f"after {metrics.pooled.alignment}."
     return element("p", said, class_="lead")
 
 
-def coverage_tile(recording: Recording) -> Markup:
-    """Frames answered over frames received."""
-    lost = sum(record.state is State.LOST for record in recording.frames)
-    refused = sum(record.state is State.REFUSED for record in recording.frames)
-    said = f"of {len(recording.frames)} {recording.leaders} received; {lost} lost, {refused} refused"
-    return tile("answered", f"{recording.coverage:.1%}", said)
-
-
-def accuracy_tiles(recording: Recording, metrics: TrajectoryMetrics | None) -> list[Markup]:
-    """Absolute and relative errors and drift, as far as they are known."""
-    if metrics is None or not metrics.pooled.compared:
-        return [tile("accuracy", "unknown", why_no_errors(recording))]
-    accuracy = metrics.pooled
-    ate = Spread.of(accuracy.absolute.translation_m)
-    turned = Spread.of(accuracy.absolute.rotation_deg)
-    tiles = [
-        tile(
-            "ATE",
-            length(ate.rmse),
-            f"rmse over {ate.count} frames, aligned; rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}",
-        )
+def summary_table(recording: Recording, metrics: TrajectoryMetrics | None, run_info: Mapping[str, Any]) -> str:
+    """What was replayed and how, and its key figures, as aligned text."""
+    reasons = Counter(f"{record.state.value} {record.reason}" for record in recording.frames if not record.has_pose)
+    unanswered = ", ".join(f"{reason}: {count}" for reason, count in reasons.most_common())
+    rows = [
+        ("recording", recording.name),
+        ("configuration", str(run_info.get("configuration", ""))),
+        *((title, f"{figure} {said}") for title, figure, said in key_figures(recording, metrics, run_info)),
+        *([("without a pose", unanswered)] if unanswered else []),
+        *([("aligned", metrics.pooled.alignment)] if metrics and metrics.pooled.compared else []),
+        ("keyframes", str(_keyframes(recording))),
     ]
+    width = max(len(name) for name, _ in rows)
+    return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)
+
+
+def key_figures(
+    recording: Recording, metrics: TrajectoryMetrics | None, run_info: Mapping[str, Any]
+) -> list[tuple[str, str, str]]:
+    """Coverage, accuracy as far as it is known, and time per frame: each a title, the figure, and what it means."""
+    lost, refused = (sum(one.state is state for one in recording.frames) for state in (State.LOST, State.REFUSED))
+    received = f"of {len(recording.frames)} {recording.leaders} received; {lost} lost, {refused} refused"
+    return [
+        ("answered", f"{recording.coverage:.1%}", received),
+        *_accuracy(recording, metrics),
+        ("time per frame", *_time(recording, run_info)),
+    ]
+
+
+def _accuracy(recording: Recording, metrics: TrajectoryMetrics | None) -> list[tuple[str, str, str]]:
+    """Absolute and relative errors and drift."""
+    if metrics is None or not metrics.pooled.compared:
+        return [("accuracy", "unknown:", why_no_errors(recording))]
+    accuracy = metrics.pooled
+    ate, turned = Spread.of(accuracy.absolute.translation_m), Spread.of(accuracy.absolute.rotation_deg)
+    positions = f"median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}"
+    rotations = f"rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}"
+    figures = [("ATE", length(ate.rmse), f"rmse over {ate.count} frames, aligned; {positions}; {rotations}")]
     for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE frame to frame", accuracy.consecutive)):
         if len(errors.stamps_ns):
-            tiles.append(tile(title, *_relative(errors)))
+            figures.append((title, *_relative(errors)))
     if np.isfinite(accuracy.drift_percent):
         said = f"of the path: {length(accuracy.end_error_m)} off at the end of {length(accuracy.path_m)}"
-        tiles.append(tile("drift", f"{accuracy.drift_percent:.2f} %", said))
-    return tiles
+        figures.append(("drift", f"{accuracy.drift_percent:.2f} %", said))
+    return figures
 
 
 def _relative(errors: Errors) -> tuple[str, str]:
@@ -82,13 +96,19 @@ def _relative(errors: Errors) -> tuple[str, str]:
     return length(moved.median), said
 
 
-def time_tile(recording: Recording, run_info: Mapping[str, Any]) -> Markup:
-    """Time per frame, and the machine that it was taken on."""
+def _time(recording: Recording, run_info: Mapping[str, Any]) -> tuple[str, str]:
+    """The time that a frame takes, and the machine that it was taken on."""
     totals = totals_ms(recording.frames)
     if len(totals) == 0:
-        return tile("time per frame", "unknown", "no frame was processed")
+        return "unknown:", "no frame was processed"
     median_ms, p95_ms = np.percentile(totals, (50, 95))
-    return tile("time per frame", f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}")
+    return f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}"
+
+
+def _keyframes(recording: Recording) -> int:
+    """Those that were taken at once, and those that a later frame needed."""
+    used = {(record.session, record.keyframe_stamp_ns) for record in recording.frames if record.keyframe_stamp_ns}
+    return len(used | {(record.session, record.stamp_ns) for record in recording.frames if record.new_keyframe})
 
 
 def machine(run_info: Mapping[str, Any]) -> str:
@@ -118,7 +138,9 @@ def unanswered_table(recording: Recording, axis: Axis) -> Markup:
 
 
 def refused_table(recording: Recording) -> Markup:
-    """Refused messages of all topics, by code."""
+    """Refused messages of all topics, by code; empty if there are none."""
+    if not recording.refused:
+        return Markup()
     return table(("refused messages of all topics", "how many"), recording.refused.most_common())
 
 
@@ -162,7 +184,7 @@ def length(metres: float) -> str:
 
 def angle(deg: float) -> str:
     """An angle of an error, to two digits."""
-    return f"{deg:.2g}\N{DEGREE SIGN}" if deg >= 1e-3 else "under 0.001\N{DEGREE SIGN}"
+    return f"{deg:.2g} deg" if deg >= 1e-3 else "under 0.001 deg"
 
 
 def _plain(value: Any) -> str:
