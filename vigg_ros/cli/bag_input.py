@@ -22,12 +22,10 @@ from vigg_ros.cli.console import UsageError
 from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.errors import BagError, DataError
 from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
-from vigg_ros.report.bag_messages import chosen_topics, read_extrinsics, read_messages
+from vigg_ros.report.bag_messages import TOPIC_ROLES, chosen_topics, read_extrinsics, read_messages
 from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import StampedPose
 from vigg_ros.tracking.extrinsics import Lookup, fixed
-
-TOPIC_ROLES: tuple[Role, ...] = ("image", "camera_info", "depth", "points", "ground_truth")
 
 
 def add_extrinsics_argument(parser: ArgumentParser, use: str = "instead of /tf_static") -> None:

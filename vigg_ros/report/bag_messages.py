@@ -14,16 +14,12 @@ from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.stamped_pose import decode_transform
 from vigg_ros.tracking.extrinsics import StaticTree
 
+TOPIC_ROLES: tuple[Role, ...] = ("image", "camera_info", "depth", "points", "ground_truth")
+
 
 def chosen_topics(choice: TopicChoice) -> dict[Role, Topic]:
     """The topic that serves each role."""
-    chosen: dict[Role, Topic | None] = {
-        "image": choice.image,
-        "camera_info": choice.camera_info,
-        "depth": choice.depth,
-        "points": choice.points,
-        "ground_truth": choice.ground_truth,
-    }
+    chosen = {role: getattr(choice, role) for role in TOPIC_ROLES}
     return {role: topic for role, topic in chosen.items() if topic is not None}
 
 

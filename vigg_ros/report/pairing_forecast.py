@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,52 +33,30 @@ class PairingForecast:
     offsets_ns: NDArray[np.int64]
     """(N,): to each leader's stamp, the nearest one of the other topic minus its own; (0,) without any."""
 
-    @property
-    def offset_ns(self) -> float:
-        """The median offset; NaN if there are none."""
-        return float(np.median(self.offsets_ns)) if self.offsets_ns.size else float("nan")
-
-    @property
-    def largest_offset_ns(self) -> int:
-        """The largest of all, either way."""
-        return int(np.abs(self.offsets_ns).max(initial=0))
-
 
 def forecast_pairing(
     entries: Sequence[StampEntry], leader: str, follower: str, config: PairingConfig
 ) -> PairingForecast:
     """Feed the stamps of two topics to the pairing, as a replay of the same entries would."""
     pairing: Pairing[int, int] = Pairing(config)
-    ordered = [entries[index] for index in stamp_order(entries).tolist()]
+    add = {leader: pairing.add_first, follower: pairing.add_second}
+    stamps_ns: dict[str, list[int]] = {leader: [], follower: []}
     pairs: list[SyncedPair[int, int]] = []
-    refused = 0
-    for entry in ordered:
-        if entry.topic not in (leader, follower):
-            continue
-        add = pairing.add_first if entry.topic == leader else pairing.add_second
-        try:
-            pairs += add(*_usable(entry))
-        except DataError:
-            refused += entry.topic == leader
+    for entry in (entries[index] for index in stamp_order(entries).tolist()):
+        if entry.topic in add and entry.stamp_ns:
+            stamps_ns[entry.topic].append(entry.stamp_ns)
+            with suppress(DataError):  # a duplicate or late stamp
+                pairs += add[entry.topic](entry.stamp_ns, entry.stamp_ns)
     pairs += pairing.flush()
+    leaders, followers = (sum(entry.topic == topic for entry in entries) for topic in (leader, follower))
     return PairingForecast(
-        leaders=sum(entry.topic == leader for entry in ordered),
-        followers=sum(entry.topic == follower for entry in ordered),
+        leaders=leaders,
+        followers=followers,
         paired=sum(pair.second is not None for pair in pairs),
-        refused=refused,
+        refused=leaders - len(pairs),  # each leader that was taken is in one pair, alone or not
         sessions=1 + max((pair.loop for pair in pairs), default=0),
-        offsets_ns=_offsets(*(np.sort([*_stamps(ordered, topic)]) for topic in (leader, follower))),
+        offsets_ns=_offsets(*(np.sort(np.array(own, np.int64)) for own in stamps_ns.values())),
     )
-
-
-def _usable(entry: StampEntry) -> tuple[int, int]:
-    if not entry.stamp_ns:
-        raise DataError("STAMP_ZERO", found="stamp 0", expected="a time", remedy="fill header.stamp")
-    return entry.stamp_ns, entry.stamp_ns
-
-
-def _stamps(entries: Sequence[StampEntry], topic: str) -> Iterator[int]:
-    return (entry.stamp_ns for entry in entries if entry.topic == topic and entry.stamp_ns)
 
 
 def _offsets(leading: NDArray[np.int64], following: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -16,14 +16,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import GeometricConfig, InputConfig
 from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.sensors.input_decoder import InputDecoder, Role
-from vigg_ros.sensors.observation import (
-    Calibration,
-    ColourImage,
-    DepthImage,
-    Observation,
-    PointCloud,
-    StampedPose,
-)
+from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud, StampedPose
 
 SAMPLED_MESSAGES = 5
 """So many of each topic are decoded: enough to know the format, and quick in the largest bag."""
@@ -37,11 +30,6 @@ class Sample:
     topic: Topic
     observations: tuple[Observation, ...]
     refusals: tuple[DataError, ...]
-
-    @property
-    def description(self) -> str:
-        """The first usable message in words; empty if there is none."""
-        return describe(self.observations[0]) if self.observations else ""
 
 
 Samples = Mapping[Role, Sample]
