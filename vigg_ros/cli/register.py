@@ -23,7 +23,7 @@ from vigg_ros.registration.features import Features
 from vigg_ros.registration.result import Evidence, Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
-from vigg_ros.report.gallery import FramePicture, lines_of_matches
+from vigg_ros.report.gallery import draw_scan_of, lines_of_matches
 
 SCAN_SUFFIXES = (".bin", ".npy")
 
@@ -141,8 +141,8 @@ def draw(
     lines = lines_of_matches(target.keypoints, source.keypoints, outcome, config)
     images = frames[0].image, frames[1].image
     pictures = {"matches.png": draw_matches(*images, lines.target_px, lines.source_px, agrees=lines.agrees)}
-    for name, frame, seen in zip(("target", "source"), frames, features, strict=True):
-        scan = FramePicture.of(frame, seen).draw_scan(frame.camera.width_px)
+    for name, frame in zip(("target", "source"), frames, strict=True):
+        scan = draw_scan_of(frame, panel_width_px=frame.camera.width_px)
         if scan is not None:
             pictures[f"{name}_scan.png"] = scan
     if isinstance(outcome, Registration):

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -23,17 +23,17 @@ from vigg_ros.pictures import (
     draw_scan,
 )
 from vigg_ros.registration.config import Config
-from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
-from vigg_ros.registration.geometry import ProjectedScan
+from vigg_ros.registration.geometry import DepthMap, ProjectedScan
 from vigg_ros.registration.result import Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.rigid import transform
-from vigg_ros.registration.visibility import DepthView
 from vigg_ros.registration.visual import Keypoints, match_visual
 from vigg_ros.tracking.frame_result import Comparison, FrameResult
 
 LOST_MARGIN = -1.0
 """Below the margin of every answered frame."""
+
+PANEL_WIDTH_PX = 480
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,33 +63,13 @@ def lines_of_matches(target: Keypoints, source: Keypoints, outcome: Outcome | No
     )
 
 
-@dataclass(frozen=True, slots=True)
-class FramePicture:
-    """What is needed of a frame to draw it."""
-
-    image: NDArray[np.uint8]
-    keypoints: Keypoints
-    points: NDArray[np.float32]
-    """(N, 3), the surface, metres, in the frame of the results."""
-    depth_m: NDArray[np.float32] | None
-    """(H, W), metres; None for a scan."""
-    scan: ProjectedScan | None
-    """The scan and its camera; None for a depth image."""
-
-    @classmethod
-    def of(cls, frame: Frame, features: Features) -> FramePicture:
-        """Keeps references, copies nothing."""
-        depth_m = features.view.depth_m if isinstance(features.view, DepthView) else None
-        scan = frame.geometry if isinstance(frame.geometry, ProjectedScan) else None
-        return cls(frame.image, features.keypoints, features.surface.points, depth_m, scan)
-
-    def draw_scan(self, panel_width_px: int) -> Picture | None:
-        """The points of the scan over the image; None for a depth image."""
-        if self.scan is None:
-            return None
-        rows, pixels = self.scan.visible()
-        depth_m = transform(self.scan.T_camera_points, self.scan.cloud[rows])[:, 2]
-        return draw_scan(self.image, pixels, depth_m, panel_width_px=panel_width_px)
+def draw_scan_of(frame: Frame, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture | None:
+    """The points of a scan over the image of its frame; None for a depth image."""
+    if not isinstance(frame.geometry, ProjectedScan):
+        return None
+    rows, pixels = frame.geometry.visible()
+    depth_m = transform(frame.geometry.T_camera_points, frame.geometry.cloud[rows])[:, 2]
+    return draw_scan(frame.image, pixels, depth_m, panel_width_px=panel_width_px)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +81,8 @@ class PicturedFrame:
     margin: float
     """0 on the verge of refusal, 1 beyond doubt; LOST_MARGIN for a lost frame."""
     result: FrameResult
-    source: FramePicture
-    target: FramePicture | None
-    """The reference keyframe; None where there was none."""
+    compared: Comparison
+    """The frame, and the reference keyframe where there was one."""
 
     @property
     def reason(self) -> Reason | None:
@@ -111,43 +90,36 @@ class PicturedFrame:
         outcome = self.result.outcome
         return outcome.reason if isinstance(outcome, Rejection) else None
 
-    def draw_matches(self, config: Config, *, panel_width_px: int = 480) -> Picture:
+    def draw_matches(self, config: Config, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture:
         """The visual matches, those that agree with the answer coloured; both images, or the one there is."""
-        if self.target is None:
+        source, keyframe = self.compared.features.keypoints, self.compared.keyframe
+        image = self.compared.frame.image
+        if keyframe is None:
             nothing = np.empty((0, 2))
-            image = np.full_like(self.source.image, 255)
-            return draw_matches(image, self.source.image, nothing, nothing, panel_width_px=panel_width_px)
-        lines = lines_of_matches(self.target.keypoints, self.source.keypoints, self.result.outcome, config)
-        return draw_matches(
-            self.target.image,
-            self.source.image,
-            lines.target_px,
-            lines.source_px,
-            agrees=lines.agrees,
-            panel_width_px=panel_width_px,
-        )
+            return draw_matches(np.full_like(image, 255), image, nothing, nothing, panel_width_px=panel_width_px)
+        lines = lines_of_matches(keyframe.features.keypoints, source, self.result.outcome, config)
+        pixels = lines.target_px, lines.source_px
+        return draw_matches(keyframe.frame.image, image, *pixels, agrees=lines.agrees, panel_width_px=panel_width_px)
 
-    def draw_shapes(self, *, panel_width_px: int = 480) -> Picture | None:
+    def draw_shapes(self, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture | None:
         """Answered: both surfaces as the answer lays them; lost: both depth images, if there are any."""
-        if self.target is None:
+        frame, keyframe = self.compared.frame, self.compared.keyframe
+        if keyframe is None:
             return None
         if isinstance(self.result.outcome, Registration):
-            axes = BODY_AXES if self.source.depth_m is None else OPTICAL_AXES
-            moved = transform(self.result.outcome.T_target_source, self.source.points)
-            return draw_aligned(self.target.points, moved, axes=axes, panel_width_px=panel_width_px)
-        if self.target.depth_m is None or self.source.depth_m is None:
-            return None
-        return beside(
-            draw_depth(self.target.depth_m, panel_width_px=panel_width_px),
-            draw_depth(self.source.depth_m, panel_width_px=panel_width_px),
-        )
+            axes = OPTICAL_AXES if isinstance(frame.geometry, DepthMap) else BODY_AXES
+            moved = transform(self.result.outcome.T_target_source, self.compared.features.surface.points)
+            return draw_aligned(keyframe.features.surface.points, moved, axes=axes, panel_width_px=panel_width_px)
+        maps = (one.geometry for one in (keyframe.frame, frame) if isinstance(one.geometry, DepthMap))
+        depths = [draw_depth(one.depth_m, panel_width_px=panel_width_px) for one in maps]
+        return beside(*depths) if depths else None
 
-    def draw_scans(self, *, panel_width_px: int = 480) -> Picture | None:
+    def draw_scans(self) -> Picture | None:
         """Both scans over their images; None for depth images."""
-        if self.target is None:
-            return self.source.draw_scan(panel_width_px)
-        left, right = self.target.draw_scan(panel_width_px), self.source.draw_scan(panel_width_px)
-        return None if left is None or right is None else beside(left, right)
+        keyframe = self.compared.keyframe
+        frames = [self.compared.frame] if keyframe is None else [keyframe.frame, self.compared.frame]
+        scans = [scan for scan in map(draw_scan_of, frames) if scan is not None]
+        return beside(*scans) if len(scans) > 1 else next(iter(scans), None)
 
 
 class Gallery:
@@ -174,7 +146,10 @@ class Gallery:
         self._offered += 1
         if result.outcome is None or result.compared is None:
             return
-        self._kept = _worst([*self._kept, _pictured(index, result, result.compared, self.config)], self._stretch)
+        found = isinstance(result.outcome, Registration)
+        margin = answer_margin(result.outcome.evidence, self.config) if found else LOST_MARGIN
+        pictured = PicturedFrame(index, margin, result, result.compared)
+        self._kept = _worst([*self._kept, pictured], self._stretch)
         while len(self._kept) > self._capacity:
             self._stretch *= 2
             self._kept = _worst(self._kept, self._stretch)
@@ -209,12 +184,3 @@ def _worst(pictured: Sequence[PicturedFrame], stretch: int) -> list[PicturedFram
         if key not in worst or one.margin < worst[key].margin:
             worst[key] = one
     return sorted(worst.values(), key=lambda pictured: pictured.index)
-
-
-def _pictured(index: int, result: FrameResult, compared: Comparison, config: Config) -> PicturedFrame:
-    keyframe = compared.keyframe
-    target = None if keyframe is None else FramePicture.of(keyframe.frame, keyframe.features)
-    found = isinstance(result.outcome, Registration)
-    margin = answer_margin(result.outcome.evidence, config) if found else LOST_MARGIN  # type: ignore[union-attr]
-    source = FramePicture.of(compared.frame, compared.features)
-    return PicturedFrame(index, margin, replace(result, compared=None), source, target)

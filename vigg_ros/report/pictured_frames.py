@@ -7,7 +7,7 @@ from __future__ import annotations
 import string
 from collections.abc import Sequence
 
-from vigg_ros.registration.result import Evidence
+from vigg_ros.registration.result import Rejection
 from vigg_ros.report.gallery import Gallery, PicturedFrame
 from vigg_ros.report.html import Markup, element, image, section
 from vigg_ros.report.recording import is_refused
@@ -49,13 +49,12 @@ def _show(pictured: PicturedFrame, letter: str, place: str, gallery: Gallery) ->
     title = f"{letter} \N{MIDDLE DOT} {place} \N{MIDDLE DOT} {pictured.result.state.value.lower()}"
     if pictured.reason is not None:
         title += f": {pictured.reason.value}"
-    pictures = [image(pictured.draw_matches(gallery.config), f"matches of frame {letter}")]
-    scans = pictured.draw_scans()
-    if scans is not None:
-        pictures.append(image(scans, f"scans of frame {letter} over their images"))
-    shapes = pictured.draw_shapes()
-    if shapes is not None:
-        pictures.append(image(shapes, f"surfaces of frame {letter}"))
+    drawn = (
+        (pictured.draw_matches(gallery.config), f"matches of frame {letter}"),
+        (pictured.draw_scans(), f"scans of frame {letter} over their images"),
+        (pictured.draw_shapes(), f"surfaces of frame {letter}"),
+    )
+    pictures = (image(picture, said) for picture, said in drawn if picture is not None)
     return element("div", element("h3", title), element("p", caption(pictured)), *pictures, class_="frame")
 
 
@@ -64,22 +63,13 @@ def caption(pictured: PicturedFrame) -> str:
     outcome = pictured.result.outcome
     assert outcome is not None, "the gallery keeps no frame that starts a session"
     evidence = outcome.evidence
-    if pictured.reason is not None:
-        against = "There was no keyframe yet." if pictured.target is None else _compared(pictured)
-        return f"{MEANINGS[pictured.reason.value]} In figures: {getattr(outcome, 'message', '')}. {against}"
+    against = f"Compared with keyframe {pictured.result.keyframe_id}."
+    if isinstance(outcome, Rejection):
+        against = "There was no keyframe yet." if pictured.compared.keyframe is None else against
+        return f"{MEANINGS[outcome.reason.value]} In figures: {outcome.message}. {against}"
     return (
-        f"{_compared(pictured)} {evidence.visual_inliers} of {evidence.visual_matches} visual and "
+        f"{against} {evidence.visual_inliers} of {evidence.visual_matches} visual and "
         f"{evidence.geometric_inliers} of {evidence.geometric_matches} geometric matches agree with the answer. "
-        f"{_shares(evidence)}"
-    )
-
-
-def _compared(pictured: PicturedFrame) -> str:
-    return f"Compared with keyframe {pictured.result.keyframe_id}."
-
-
-def _shares(evidence: Evidence) -> str:
-    return (
         f"{evidence.overlap:.0%} of the surfaces coincide; of what both should see, {evidence.consistency:.0%} does. "
         f"Along their normals they lie {1000 * evidence.rmse_m:.1f} mm apart (rmse)."
     )
