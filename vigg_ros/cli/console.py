@@ -13,8 +13,9 @@ import time
 from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from datetime import datetime
 from enum import IntEnum
-from types import TracebackType
+from pathlib import Path
 from typing import Any
 
 import vigg_ros
@@ -65,6 +66,14 @@ def add_examples(parser: ArgumentParser, *commands: str) -> None:
     parser.epilog = "\n".join(["examples:", *(f"  {command}" for command in commands)])
 
 
+def output_folder(asked: str | None, default: str) -> Path:
+    """A folder for results, not made yet; by default with the time in its name. Raises UsageError where one exists."""
+    output = Path(asked or f"{default}_{datetime.now():%Y%m%d_%H%M%S}")
+    if output.exists() or output.is_symlink():
+        raise UsageError(f"{output} exists already and is not overwritten; give another --output")
+    return output
+
+
 def positive_int(text: str) -> int:
     """For argparse: a whole number from 1 on."""
     value = int(text)
@@ -94,7 +103,7 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._is_shown:
             self._show("\n")
 

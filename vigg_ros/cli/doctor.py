@@ -14,12 +14,7 @@ from pathlib import Path
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.rhythm import Rhythm
 from vigg_ros.bags.topics import TopicChoice, TopicRequest
-from vigg_ros.cli.bag_input import (
-    add_extrinsics_argument,
-    add_topic_arguments,
-    find_extrinsics,
-    requested_topics,
-)
+from vigg_ros.cli.bag_input import add_bag_arguments, find_extrinsics, requested_topics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
 from vigg_ros.cli.console import ExitCode, table
 from vigg_ros.registration.config import Config
@@ -42,10 +37,8 @@ ROLE_NAMES = {
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg doctor``: those of a replay that change what it reads."""
-    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_bag_arguments(parser)
     add_config_arguments(parser, default=None)
-    add_extrinsics_argument(parser)
-    add_topic_arguments(parser)
 
 
 def run(arguments: Namespace) -> ExitCode:

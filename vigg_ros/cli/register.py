@@ -7,7 +7,6 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from dataclasses import fields
-from datetime import datetime
 from pathlib import Path
 
 import cv2
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.cli.bag_input import add_extrinsics_argument, given_extrinsics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config
-from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, table
+from vigg_ros.cli.console import ExitCode, UsageError, add_examples, output_folder, positive_float, table
 from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, Picture, draw_aligned, draw_matches
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Features
@@ -60,9 +59,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> ExitCode:
     """Register, print the transform and its evidence, draw the pictures. FAILED where there is no answer."""
     config = load_config(arguments)
-    output = Path(arguments.output or f"vigg_register_{datetime.now():%Y%m%d_%H%M%S}")
-    if output.exists() or output.is_symlink():
-        raise UsageError(f"{output} exists already and is not overwritten; give another --output")
+    output = output_folder(arguments.output, "vigg_register")
     target = read_frame(Path(arguments.target_image), Path(arguments.target_depth), arguments)
     source = read_frame(Path(arguments.source_image), Path(arguments.source_depth), arguments)
     with record_stages() as timings_ms:

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
-from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments, open_bag, read_truth
+from vigg_ros.cli.bag_input import add_bag_arguments, open_bag, read_truth
 from vigg_ros.cli.config_arguments import ChosenConfig, add_config_arguments
-from vigg_ros.cli.console import ExitCode, Progress, UsageError, add_examples, describe_machine
+from vigg_ros.cli.console import ExitCode, Progress, UsageError, add_examples, describe_machine, output_folder
 from vigg_ros.registration.config import Config
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.bag_messages import chosen_topics
@@ -32,13 +32,11 @@ MIN_FRAMES = 2
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg replay``."""
-    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_bag_arguments(parser)
     add_config_arguments(parser, default=None)
     parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
     parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
-    add_extrinsics_argument(parser)
-    add_topic_arguments(parser)
     add_examples(
         parser,
         "vigg replay bags/street_lidar --output street",
@@ -49,7 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> ExitCode:
     """Replay, write, and say where; raises the package's errors for what cannot be replayed."""
     bag = Path(arguments.bag)
-    output = _output_folder(arguments.output, bag)
+    output = output_folder(arguments.output, f"vigg_replay_{bag.stem}")
     truth = read_truth(Path(arguments.ground_truth)) if arguments.ground_truth else None
     with open_bag(arguments.bag, arguments) as source:
         pipeline, gallery = source.pipeline(), Gallery(source.chosen.config)
@@ -91,14 +89,6 @@ def _collect(
     except KeyboardInterrupt:
         return results, True
     return results, False
-
-
-def _output_folder(asked: str | None, bag: Path) -> Path:
-    name = asked or f"vigg_replay_{bag.stem}_{datetime.now():%Y%m%d_%H%M%S}"
-    output = Path(name)
-    if output.exists() or output.is_symlink():
-        raise UsageError(f"{output} exists already and is not overwritten; give another --output")
-    return output
 
 
 def _say_nothing_paired(recording: Recording) -> None:

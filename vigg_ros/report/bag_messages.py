@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 from vigg_ros.bags.reader import BagReader, Topic
 from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.input_decoder import Role
-from vigg_ros.sensors.stamped_pose import decode_transform
+from vigg_ros.sensors.observation import StampedPose
+from vigg_ros.sensors.stamped_pose import decode_pose, decode_transform
 from vigg_ros.tracking.extrinsics import StaticTree
 
 TOPIC_ROLES: tuple[Role, ...] = ("image", "camera_info", "depth", "points", "ground_truth")
@@ -30,6 +32,15 @@ def read_messages(reader: BagReader, choice: TopicChoice) -> Iterator[tuple[Role
         yield roles[item.topic], item.message
 
 
+def read_poses(reader: BagReader, topic: str) -> list[StampedPose]:
+    """The poses on a topic; a broken one is left out, as one that is missing."""
+    poses = []
+    for item in reader.messages([topic]):
+        with suppress(DataError):
+            poses.append(decode_pose(item.message))
+    return poses
+
+
 def read_extrinsics(reader: BagReader, choice: TopicChoice) -> StaticTree | None:
     """The bag's static transforms; None if it has none. Those that are broken are left out."""
     if choice.tf_static is None:
@@ -37,9 +48,7 @@ def read_extrinsics(reader: BagReader, choice: TopicChoice) -> StaticTree | None
     tree = StaticTree()
     for item in reader.messages([choice.tf_static.name]):
         for transform in getattr(item.message, "transforms", ()):
-            try:
+            with suppress(DataError):
                 link = decode_transform(transform)
-            except DataError:
-                continue
-            tree.add(link.frame_id, link.child_frame_id, link.T_frame_child)
+                tree.add(link.frame_id, link.child_frame_id, link.T_frame_child)
     return tree

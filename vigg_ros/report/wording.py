@@ -46,16 +46,17 @@ def summary_table(recording: Recording, metrics: TrajectoryMetrics | None, run_i
     """What was replayed and how, and its key figures, as aligned text."""
     reasons = Counter(f"{record.state.value} {record.reason}" for record in recording.frames if not record.has_pose)
     unanswered = ", ".join(f"{reason}: {count}" for reason, count in reasons.most_common())
-    rows = [
-        ("recording", recording.name),
-        ("configuration", str(run_info.get("configuration", ""))),
-        *((title, f"{figure} {said}") for title, figure, said in key_figures(recording, metrics, run_info)),
-        *([("without a pose", unanswered)] if unanswered else []),
-        *([("aligned", metrics.pooled.alignment)] if metrics and metrics.pooled.compared else []),
-        ("keyframes", str(_keyframes(recording))),
-    ]
-    width = max(len(name) for name, _ in rows)
-    return "\n".join(f"{name:<{width}}  {text}" for name, text in rows)
+    rows = {"recording": recording.name, "configuration": str(run_info.get("configuration", ""))}
+    rows |= {title: f"{figure}: {said}" for title, figure, said in key_figures(recording, metrics, run_info)}
+    rows |= {"without a pose": unanswered} if unanswered else {}
+    rows |= {"aligned": metrics.pooled.alignment} if metrics is not None and metrics.pooled.compared else {}
+    return table_text({**rows, "keyframes": str(_keyframes(recording))})
+
+
+def table_text(rows: Mapping[str, str]) -> str:
+    """Names and what is said of them, as aligned text."""
+    width = max(map(len, rows))
+    return "\n".join(f"{name:<{width}}  {text}" for name, text in rows.items())
 
 
 def key_figures(
@@ -63,9 +64,9 @@ def key_figures(
 ) -> list[tuple[str, str, str]]:
     """Coverage, accuracy as far as it is known, and time per frame: each a title, the figure, and what it means."""
     lost, refused = (sum(one.state is state for one in recording.frames) for state in (State.LOST, State.REFUSED))
-    received = f"of {len(recording.frames)} {recording.leaders} received; {lost} lost, {refused} refused"
+    answered = f"{len(recording.answered)} of {len(recording.frames)} {recording.leaders} received"
     return [
-        ("answered", f"{recording.coverage:.1%}", received),
+        ("frames answered", f"{recording.coverage:.1%}", f"{answered}; {lost} lost, {refused} refused"),
         *_accuracy(recording, metrics),
         ("time per frame", *_time(recording, run_info)),
     ]
@@ -74,13 +75,13 @@ def key_figures(
 def _accuracy(recording: Recording, metrics: TrajectoryMetrics | None) -> list[tuple[str, str, str]]:
     """Absolute and relative errors and drift."""
     if metrics is None or not metrics.pooled.compared:
-        return [("accuracy", "unknown:", why_no_errors(recording))]
+        return [("accuracy", "unknown", why_no_errors(recording))]
     accuracy = metrics.pooled
     ate, turned = Spread.of(accuracy.absolute.translation_m), Spread.of(accuracy.absolute.rotation_deg)
     positions = f"median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}"
     rotations = f"rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}"
     figures = [("ATE", length(ate.rmse), f"rmse over {ate.count} frames, aligned; {positions}; {rotations}")]
-    for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE frame to frame", accuracy.consecutive)):
+    for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE per frame", accuracy.consecutive)):
         if len(errors.stamps_ns):
             figures.append((title, *_relative(errors)))
     if np.isfinite(accuracy.drift_percent):
@@ -92,15 +93,15 @@ def _accuracy(recording: Recording, metrics: TrajectoryMetrics | None) -> list[t
 def _relative(errors: Errors) -> tuple[str, str]:
     moved, turned = Spread.of(errors.translation_m), Spread.of(errors.rotation_deg)
     pairs = f"{moved.count} {'pair' if moved.count == 1 else 'pairs'}"
-    said = f"and {angle(turned.median)} median; p95 {length(moved.p95)} and {angle(turned.p95)}; {pairs}"
-    return length(moved.median), said
+    said = f"median; p95 {length(moved.p95)} and {angle(turned.p95)}; {pairs}"
+    return f"{length(moved.median)} and {angle(turned.median)}", said
 
 
 def _time(recording: Recording, run_info: Mapping[str, Any]) -> tuple[str, str]:
     """The time that a frame takes, and the machine that it was taken on."""
     totals = totals_ms(recording.frames)
     if len(totals) == 0:
-        return "unknown:", "no frame was processed"
+        return "unknown", "no frame was processed"
     median_ms, p95_ms = np.percentile(totals, (50, 95))
     return f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}"
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 import csv
 import json
 from argparse import ArgumentParser, Namespace
-from contextlib import suppress
 from pathlib import Path
 
 from vigg_ros.bags.reader import BagReader
@@ -15,11 +14,11 @@ from vigg_ros.bags.topics import GROUND_TRUTH_TYPES, TopicError
 from vigg_ros.bench.datasets.tum_folder import read_stamped_poses
 from vigg_ros.bench.evo_errors import TrajectoryErrors, compare, require_evo
 from vigg_ros.cli.console import ExitCode, UsageError, positive_float, positive_int, table
-from vigg_ros.registration.errors import BagError, DataError
+from vigg_ros.registration.errors import BagError
+from vigg_ros.report.bag_messages import read_poses
 from vigg_ros.report.ground_truth import true_trajectory
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros.report.trajectory_errors import Spread
-from vigg_ros.sensors.stamped_pose import decode_pose
 
 FRAMES = "frames.csv"
 """What a replay writes beside its trajectory: a row for each frame received."""
@@ -70,12 +69,8 @@ def read_trajectory(path: Path, topic: str | None, option: str) -> Trajectory:
         return Trajectory.of([pose.stamp_ns for pose in poses], [pose.T_world_sensor for pose in poses])
     if not path.exists():
         raise BagError(f"{path} does not exist; give a TUM file (.tum or .txt) or a bag")
-    decoded = []
     with BagReader(path) as reader:
-        for item in reader.messages([_pose_topic(reader, topic, option)]):
-            with suppress(DataError):  # a broken pose is one that is missing
-                decoded.append(decode_pose(item.message))
-    return true_trajectory(decoded)
+        return true_trajectory(read_poses(reader, _pose_topic(reader, topic, option)))
 
 
 def _pose_topic(reader: BagReader, name: str | None, option: str) -> str:
