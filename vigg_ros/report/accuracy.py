@@ -119,9 +119,7 @@ class TrajectoryMetrics:
         return {**self.pooled.as_dict(), "sessions": sessions}
 
 
-def measure_session(
-    session: int, estimate: Trajectory, truth: Trajectory, *, received: int
-) -> SessionMetrics:
+def measure_session(session: int, estimate: Trajectory, truth: Trajectory, *, received: int) -> SessionMetrics:
     """Compare the answered frames of a session with the truth, where it is known.
 
     A single frame is not compared: aligned, it has no error.

@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
-from vigg_ros.report.accuracy import SessionMetrics, TrajectoryMetrics, measure_session
+from vigg_ros.report.accuracy import TrajectoryMetrics, measure_session
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.trajectory import Trajectory, interpolate
 from vigg_ros.sensors.observation import StampedPose
@@ -22,8 +23,10 @@ def measure(recording: Recording) -> TrajectoryMetrics | None:
     if not recording.truth:
         return None
     truth = true_trajectory(recording.truth)
-    numbers = sorted({record.session for record in recording.frames})
-    return TrajectoryMetrics.of([_measure(number, recording.frames, truth) for number in numbers])
+    received = Counter(record.session for record in recording.frames)
+    estimates = estimated_trajectories(recording.frames)
+    sessions = (measure_session(session, one, truth, received=received[session]) for session, one in estimates.items())
+    return TrajectoryMetrics.of(list(sessions))
 
 
 def true_trajectory(truth: Sequence[StampedPose]) -> Trajectory:
@@ -31,11 +34,14 @@ def true_trajectory(truth: Sequence[StampedPose]) -> Trajectory:
     return Trajectory.of([pose.stamp_ns for pose in truth], [pose.T_frame_child for pose in truth])
 
 
-def estimated_trajectory(records: Sequence[FrameResult]) -> Trajectory:
-    """The answered frames of one session, by stamp."""
-    answered = [record for record in records if record.has_pose]
-    stamps_ns = [record.stamp_ns for record in answered]
-    return Trajectory.of(stamps_ns, [record.T_odom_frame for record in answered])
+def estimated_trajectories(frames: Sequence[FrameResult]) -> dict[int, Trajectory]:
+    """The answered frames of each session, by stamp."""
+    found = {}
+    for session in sorted({record.session for record in frames}):
+        answered = [record for record in frames if record.session == session and record.has_pose]
+        stamps_ns = [record.stamp_ns for record in answered]
+        found[session] = Trajectory.of(stamps_ns, [record.T_odom_frame for record in answered])
+    return found
 
 
 def why_no_errors(recording: Recording) -> str:
@@ -43,8 +49,7 @@ def why_no_errors(recording: Recording) -> str:
     if not recording.truth:
         return "no ground truth to compare with"
     truth = true_trajectory(recording.truth)
-    sessions = {record.session for record in recording.answered}
-    estimates = [estimated_trajectory(_of_session(recording.frames, number)) for number in sessions]
+    estimates = estimated_trajectories(recording.answered).values()
     count = sum(int(interpolate(truth, estimate.stamps_ns)[1].sum()) for estimate in estimates)
     if count == 0:
         return "no answered frame has a true pose near its stamp"
@@ -62,12 +67,3 @@ def truth_frame_note(recording: Recording) -> str:
         f"the truth is that of {', '.join(sorted(followed))}, the poses are those of {recording.frame_id}; "
         "they are compared as they are, so a lever arm between the two counts as error"
     )
-
-
-def _measure(session: int, frames: Sequence[FrameResult], truth: Trajectory) -> SessionMetrics:
-    records = _of_session(frames, session)
-    return measure_session(session, estimated_trajectory(records), truth, received=len(records))
-
-
-def _of_session(frames: Sequence[FrameResult], session: int) -> list[FrameResult]:
-    return [record for record in frames if record.session == session]

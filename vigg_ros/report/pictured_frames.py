@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from vigg_ros.registration.result import Rejection
 from vigg_ros.report.gallery import Gallery, PicturedFrame
 from vigg_ros.report.html import Markup, element, image, section
-from vigg_ros.report.recording import is_refused
 from vigg_ros.report.series import Axis
 from vigg_ros.report.wording import MEANINGS
 from vigg_ros.tracking.frame_result import FrameResult
@@ -28,12 +27,9 @@ INTRODUCTION = (
 
 def locate(gallery: Gallery, frames: Sequence[FrameResult]) -> list[tuple[int, str, PicturedFrame]]:
     """Each pictured frame with its place in the recording, and its letter."""
-    places = {
-        (record.session, record.stamp_ns): place for place, record in enumerate(frames) if not is_refused(record)
-    }
-    keys = ((pictured.result.session, pictured.result.stamp_ns) for pictured in gallery.pictured)
-    found = [(places[key], pictured) for key, pictured in zip(keys, gallery.pictured, strict=True) if key in places]
-    return [(place, string.ascii_uppercase[i % 26], pictured) for i, (place, pictured) in enumerate(found)]
+    places = [place for place, record in enumerate(frames) if record.state.was_registered]
+    found = [(places[pictured.index], pictured) for pictured in gallery.pictured if pictured.index < len(places)]
+    return [(place, letter, pictured) for letter, (place, pictured) in zip(string.ascii_uppercase, found, strict=False)]
 
 
 def pictured_section(gallery: Gallery, frames: Sequence[FrameResult], axis: Axis) -> Markup:

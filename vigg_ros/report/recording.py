@@ -14,7 +14,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import StampedPose
 from vigg_ros.sensors.stamped_pose import decode_pose
-from vigg_ros.tracking.frame_result import FrameResult, State
+from vigg_ros.tracking.frame_result import FrameResult
 
 LEADING_MESSAGES = {"image": "colour images", "points": "scans"}
 """By role: the messages of which each becomes a frame, in words."""
@@ -73,8 +73,3 @@ class Replay:
             self.truth.append(decode_pose(message))
         except DataError as error:
             self._pipeline.refused[error.code] += 1
-
-
-def is_refused(result: FrameResult) -> bool:
-    """Whether the message never became a frame; its stamp proves nothing then."""
-    return result.state is State.REFUSED

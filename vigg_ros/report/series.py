@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.report.recording import is_refused
 from vigg_ros.tracking.frame_result import FrameResult, State
 
 STRIP_COLUMNS = 800
@@ -19,13 +18,7 @@ STRIP_COLUMNS = 800
 NO_FRAME, TRACKING, RELOCALISED, REFUSED, LOST = range(5)
 """What a column shows; where several frames share it, the one that matters most."""
 
-_KINDS = {
-    State.STARTED: TRACKING,
-    State.TRACKING: TRACKING,
-    State.RELOCALISED: RELOCALISED,
-    State.REFUSED: REFUSED,
-    State.LOST: LOST,
-}
+_KINDS = {State.RELOCALISED: RELOCALISED, State.REFUSED: REFUSED, State.LOST: LOST}
 
 LONG_GAP = 5.0
 """A frame stands for the time to the next one, but not for more than so many usual intervals."""
@@ -33,7 +26,7 @@ LONG_GAP = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """Where each frame (N,) stands on the axis of time."""
+    """Where each frame (N,), at least one, stands on the axis of time."""
 
     values: NDArray[np.float64]
     is_time: bool
@@ -42,8 +35,6 @@ class Axis:
     @property
     def range(self) -> tuple[float, float]:
         """From the first frame to the end of the last one."""
-        if len(self.values) == 0:
-            return 0.0, 1.0
         return float(self.values[0]), float(self.values[-1]) + self.step
 
     def place(self, frame: int) -> str:
@@ -70,7 +61,7 @@ def time_axis(frames: Sequence[FrameResult]) -> Axis:
     it lies between those of the frames around it, or as near to the first or last as their number allows.
     """
     stamps = np.array([record.stamp_ns for record in frames], np.int64)
-    good = np.array([not is_refused(record) for record in frames], bool)
+    good = np.array([record.state is not State.REFUSED for record in frames], bool)
     if not good.any() or (np.diff(stamps[good]) < 0).any():
         return Axis(np.arange(len(frames), dtype=np.float64), is_time=False)
     rows = np.flatnonzero(good)
@@ -86,15 +77,13 @@ def time_axis(frames: Sequence[FrameResult]) -> Axis:
 def state_columns(frames: Sequence[FrameResult], axis: Axis) -> NDArray[np.int64]:
     """What each of STRIP_COLUMNS equal parts of the axis shows, NO_FRAME to LOST."""
     columns = np.zeros(STRIP_COLUMNS, np.int64)
-    if not frames:
-        return columns
     start, end = axis.range
     ends = np.minimum(np.append(axis.values[1:], end), axis.values + LONG_GAP * axis.step)
     scale = STRIP_COLUMNS / (end - start)
     first = np.minimum(((axis.values - start) * scale).astype(int), STRIP_COLUMNS - 1)
     last = np.maximum(((ends - start) * scale).astype(int), first + 1)
     for record, a, b in zip(frames, first, last, strict=True):
-        columns[a:b] = np.maximum(columns[a:b], _KINDS[record.state])
+        columns[a:b] = np.maximum(columns[a:b], _KINDS.get(record.state, TRACKING))
     return columns
 
 

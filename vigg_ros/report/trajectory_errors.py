@@ -54,13 +54,8 @@ class Spread:
 
     def as_dict(self) -> dict[str, float]:
         """For metrics.json."""
-        return {
-            "median": self.median,
-            "p95": self.p95,
-            "max": self.maximum,
-            "rmse": self.rmse,
-            "count": self.count,
-        }
+        spread = {"median": self.median, "p95": self.p95, "max": self.maximum, "rmse": self.rmse}
+        return {**spread, "count": self.count}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +68,7 @@ class Errors:
     rotation_deg: NDArray[np.float64]
 
     @classmethod
-    def between(
-        cls, stamps_ns: NDArray[np.int64], T_a: NDArray[np.float64], T_b: NDArray[np.float64]
-    ) -> Errors:
+    def between(cls, stamps_ns: NDArray[np.int64], T_a: NDArray[np.float64], T_b: NDArray[np.float64]) -> Errors:
         """The errors between motions (N, 4, 4) and others."""
         pairs = list(zip(T_a, T_b, strict=True))
         translation_m = np.array([translation_error_m(*pair) for pair in pairs])
@@ -85,11 +78,9 @@ class Errors:
     @classmethod
     def pool(cls, parts: Sequence[Errors]) -> Errors:
         """All errors of several sessions, none weighted."""
-        return cls(
-            np.concatenate([np.empty(0, np.int64), *(part.stamps_ns for part in parts)]),
-            np.concatenate([np.empty(0), *(part.translation_m for part in parts)]),
-            np.concatenate([np.empty(0), *(part.rotation_deg for part in parts)]),
-        )
+        nothing = cls(np.empty(0, np.int64), np.empty(0), np.empty(0))
+        names = ("stamps_ns", "translation_m", "rotation_deg")
+        return cls(*(np.concatenate([getattr(part, name) for part in (nothing, *parts)]) for name in names))
 
     def as_dict(self) -> dict[str, Any]:
         """For metrics.json."""
