@@ -125,6 +125,11 @@ class Progress:
         print(f"{text:<60}", end=end, file=sys.stderr, flush=True)
 
 
+def say(*lines: str) -> None:
+    """What is no result goes to stderr."""
+    print(*lines, sep="\n", end="\n" if lines else "", file=sys.stderr, flush=True)
+
+
 def table(rows: Sequence[Sequence[object]]) -> str:
     """Rows of equal length as aligned text; the first is the heading."""
     cells = [[str(cell) for cell in row] for row in rows]

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
@@ -16,7 +15,7 @@ from vigg_ros.bags.rhythm import Rhythm
 from vigg_ros.bags.topics import TopicChoice, TopicRequest
 from vigg_ros.cli.bag_input import add_bag_arguments, find_extrinsics, requested_topics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
-from vigg_ros.cli.console import ExitCode, table
+from vigg_ros.cli.console import ExitCode, say, table
 from vigg_ros.registration.config import Config
 from vigg_ros.report.bag_messages import TOPIC_ROLES
 from vigg_ros.report.diagnosis import Diagnosis, diagnose
@@ -48,8 +47,7 @@ def run(arguments: Namespace) -> ExitCode:
         print("\n".join(page(reader, diagnosis, arguments)))
         damaged = reader.damaged
     if arguments.config is not None and diagnosis.samples:
-        for note in notes_on(load_config(arguments), diagnosis.preset):
-            print(f"note: {note}", file=sys.stderr)
+        say(*(f"note: {note}" for note in notes_on(load_config(arguments), diagnosis.preset)))
     if not diagnosis.replays:
         return ExitCode.NOTHING_PAIRED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK

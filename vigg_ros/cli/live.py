@@ -14,9 +14,9 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import choose_topics
 from vigg_ros.cli.bag_input import find_truth, requested_topics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config
-from vigg_ros.cli.console import ExitCode, interruptible
+from vigg_ros.cli.console import ExitCode, interruptible, say
 from vigg_ros.cli.node_command import needs_ros, node_arguments
-from vigg_ros.cli.play import add_playing_arguments, say
+from vigg_ros.cli.play import add_playing_arguments
 from vigg_ros.report.wording import table_text
 
 DOMAINS = range(1, 102)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING
 from vigg_ros.bags.reader import BagReader, SerialisedMessage
 from vigg_ros.bags.topics import choose_topics
 from vigg_ros.cli.bag_input import add_bag_arguments, requested_topics
-from vigg_ros.cli.console import ExitCode, Progress, UsageError, interruptible, positive_float
+from vigg_ros.cli.console import ExitCode, Progress, UsageError, interruptible, positive_float, say
 from vigg_ros.cli.node_command import needs_ros, node_arguments
 
 if TYPE_CHECKING:
@@ -62,11 +61,6 @@ def run(arguments: Namespace) -> ExitCode:
             player.flush()
         say(*(f"note: {note}" for note in [*player.lateness_notes(), *reader.losses]))
         return ExitCode.PARTLY_READABLE if reader.damaged else ExitCode.OK
-
-
-def say(*lines: str) -> None:
-    """What is no result goes to stderr."""
-    print(*lines, sep="\n", end="\n" if lines else "", file=sys.stderr, flush=True)
 
 
 def _play_once(player: BagPlayer, expected: int, rate: float) -> None:

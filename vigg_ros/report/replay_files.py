@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,21 +17,17 @@ from vigg_ros.tracking.columns import as_text, timing_name, values_of
 from vigg_ros.tracking.frame_result import FrameResult
 
 
-def trajectory_lines(records: Sequence[FrameResult]) -> Iterator[str]:
-    """Lines of a TUM trajectory; sessions under a comment."""
-    session = None
-    for record in records:
-        if record.T_odom_frame is None:
-            continue
-        if record.session != session:
-            session = record.session
-            yield f"# session {session}"
-        yield tum_line(record.stamp_ns, record.T_odom_frame)
-
-
 def write_trajectory(records: Sequence[FrameResult], path: Path) -> None:
-    """The answered frames as a TUM file."""
-    path.write_text("".join(f"{line}\n" for line in trajectory_lines(records)), encoding="utf-8")
+    """The answered frames as a TUM file; sessions under a comment."""
+    session = None
+    with path.open("w", encoding="utf-8") as file:
+        for record in records:
+            if record.T_odom_frame is None:
+                continue
+            if record.session != session:
+                session = record.session
+                file.write(f"# session {session}\n")
+            file.write(f"{tum_line(record.stamp_ns, record.T_odom_frame)}\n")
 
 
 def write_frames(results: Sequence[FrameResult], path: Path) -> None:

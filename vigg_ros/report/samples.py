@@ -16,7 +16,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import GeometricConfig, InputConfig
 from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.sensors.input_decoder import InputDecoder, Role
-from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud, StampedPose
+from vigg_ros.sensors.observation import ColourImage, DepthImage, Observation, PointCloud, StampedPose
 
 SAMPLED_MESSAGES = 5
 """So many of each topic are decoded: enough to know the format, and quick in the largest bag."""
@@ -88,18 +88,13 @@ def describe(observation: Observation) -> str:
         return f"{len(observation.points)} points, {span} away, {times}, {frame}"
     if isinstance(observation, StampedPose):
         return f"of {observation.child_frame_id or 'a frame it does not name'}, {frame}"
-    return f"{_describe_calibration(observation)}, {frame}"
-
-
-def _describe_calibration(calibration: Calibration) -> str:
-    camera, rectifier = calibration.camera, calibration.rectifier
+    camera, rectifier = observation.camera, observation.rectifier
     lens = "nothing to undistort"
     if rectifier is not None:
         lens = f"undistorted by {rectifier.model} with {len(rectifier.coefficients)} coefficients"
-    return (
-        f"{camera.width_px}x{camera.height_px}, fx {camera.fx_px:.1f} fy {camera.fy_px:.1f} "
-        f"cx {camera.cx_px:.1f} cy {camera.cy_px:.1f} px, {lens}"
-    )
+    focal = f"fx {camera.fx_px:.1f} fy {camera.fy_px:.1f}"
+    centre = f"cx {camera.cx_px:.1f} cy {camera.cy_px:.1f}"
+    return f"{camera.width_px}x{camera.height_px}, {focal} {centre} px, {lens}, {frame}"
 
 
 def _size(shape: tuple[int, ...]) -> str:
