@@ -17,8 +17,7 @@ from vigg_ros.report.gallery import Gallery
 from vigg_ros.report.html import Markup, element, page, plot, section, tile
 from vigg_ros.report.pictured_frames import locate, pictured_section
 from vigg_ros.report.recording import Recording
-from vigg_ros.report.routes import find_routes, frame_errors
-from vigg_ros.report.series import Axis, evidence_series, time_axis, totals_ms
+from vigg_ros.report.series import Axis, evidence_series, find_routes, frame_errors, time_axis, totals_ms
 from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT
 
 MAX_MAPS = 4
@@ -51,9 +50,10 @@ def write_report(
     content = Content(recording, metrics, gallery, run_info, time_axis(recording.frames))
     parts = [_header(content)]
     if recording.frames:
-        parts += [draw(content) for draw in (_states, _unanswered, _routes, _errors, _evidence, _times)]
+        parts += [_states(content), wording.unanswered_section(recording, content.axis)]
+        parts += [draw(content) for draw in (_routes, _errors, _evidence, _times)]
         parts += [pictured_section(gallery, recording.frames, content.axis)]
-    parts += [_notes(content)]
+    parts += [wording.notes_section(recording)]
     parts += [section("Run", wording.changes_table(gallery.config), wording.run_table(run_info))]
     path.write_text(page(f"Replay of {recording.name}", *parts), encoding="utf-8")
 
@@ -72,12 +72,6 @@ def _states(content: Content) -> Markup:
     legend = [Markup(element("span", class_=f"key {key}") + key) for key in keys]
     caption = element("span", *legend, ". Ticks below: new keyframes. Letters: frames that are pictured at the end.")
     return section("What became of the frames", plot(plots.plot_states(frames, axis, marks), caption))
-
-
-def _unanswered(content: Content) -> Markup:
-    if content.recording.coverage == 1:
-        return Markup()
-    return section("Frames without a pose", wording.unanswered_table(content.recording, content.axis))
 
 
 def _routes(content: Content) -> Markup:
@@ -132,8 +126,3 @@ def _times(content: Content) -> Markup:
         "the median of their sum; stages that run side by side count in full."
     )
     return section("Time", plot(plots.plot_times(frames), said))
-
-
-def _notes(content: Content) -> Markup:
-    parts = wording.note_list(content.recording), wording.refused_table(content.recording)
-    return section("Notes", *parts) if any(parts) else Markup()

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.report.routes import Route, choose_plan
 from vigg_ros.report.series import (
     LOST,
     NO_FRAME,
@@ -20,6 +19,8 @@ from vigg_ros.report.series import (
     RELOCALISED,
     TRACKING,
     Axis,
+    Route,
+    choose_plan,
     evidence_series,
     runs,
     stage_times_ms,
@@ -40,6 +41,10 @@ BLUE, ORANGE, RED, PURPLE, GREEN, GREY = "#3a86c8", "#e69f00", "#d1495b", "#9b6b
 BARS = {TRACKING: (BLUE, 0.7), RELOCALISED: (ORANGE, 0.7), REFUSED: (GREY, 1.0), LOST: (RED, 1.0)}
 """Colour and height of what a column shows; heights are for those who print in grey."""
 STAGE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, GREY, "#56b4e9", "#b8a038", "#cc79a7", "#5f6f52")
+EVIDENCE_COLOURS = (
+    {"overlap": BLUE, "consistency": GREEN},
+    {"visual_inliers": PURPLE, "geometric_inliers": ORANGE},
+)
 
 MAX_MARKS = 400
 """Marks of a kind in one plot; more cannot be told apart."""
@@ -141,27 +146,20 @@ def plot_errors(errors: NDArray[np.float64], frames: Sequence[FrameResult], axis
 @svg
 def plot_evidence(frames: Sequence[FrameResult], axis: Axis) -> Figure:
     """Overlap, consistency and inliers over time; crosses where the frame was lost all the same."""
-    figure, (upper, lower) = _blank(3.4, nrows=2, sharex=True)
+    figure, axes = _blank(3.4, nrows=2, sharex=True)
     answered = np.array([record.has_pose for record in frames])
-    shown = (
-        (upper, "overlap", BLUE, "overlap"),
-        (upper, "consistency", GREEN, "consistency"),
-        (lower, "visual_inliers", PURPLE, "visual inliers"),
-        (lower, "geometric_inliers", ORANGE, "geometric inliers"),
-    )
-    for ax in (upper, lower):
+    for ax, colours in zip(axes, EVIDENCE_COLOURS, strict=True):
         _shade(ax, frames, axis)
-    for ax, name, colour, label in shown:
-        values = evidence_series(frames, name)
-        ax.plot(axis.values, np.where(answered, values, np.nan), color=colour, label=label)
-        # Stages that were not reached leave 0.
-        lost = _few(np.column_stack((axis.values, values))[~answered & (values > 0)])
-        ax.plot(lost[:, 0], lost[:, 1], "x", color=colour, markersize=4)
-    upper.set(ylabel="share", ylim=(0, 1.05), xlim=axis.range)
-    lower.set(ylabel="matches", xlabel=axis.label)
-    lower.set_ylim(bottom=0)
-    for ax in (upper, lower):
+        for name, colour in colours.items():
+            values = evidence_series(frames, name)
+            ax.plot(axis.values, np.where(answered, values, np.nan), color=colour, label=name.replace("_", " "))
+            # Stages that were not reached leave 0.
+            lost = _few(np.column_stack((axis.values, values))[~answered & (values > 0)])
+            ax.plot(lost[:, 0], lost[:, 1], "x", color=colour, markersize=4)
         ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, fontsize=8, borderaxespad=0)
+    axes[0].set(ylabel="share", ylim=(0, 1.05), xlim=axis.range)
+    axes[1].set(ylabel="matches", xlabel=axis.label)
+    axes[1].set_ylim(bottom=0)
     return figure
 
 

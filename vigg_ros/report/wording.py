@@ -14,7 +14,7 @@ from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.ground_truth import truth_frame_note, why_no_errors
-from vigg_ros.report.html import Markup, element, table
+from vigg_ros.report.html import Markup, element, section, table
 from vigg_ros.report.recording import Recording
 from vigg_ros.report.series import Axis, totals_ms
 from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, Errors, Spread
@@ -119,8 +119,8 @@ def machine(run_info: Mapping[str, Any]) -> str:
     return ", ".join(str(part) for part in parts if part) or "a machine that was not named"
 
 
-def unanswered_table(recording: Recording, axis: Axis) -> Markup:
-    """Why frames got no pose: how often, where first, what that means, and what was said."""
+def unanswered_section(recording: Recording, axis: Axis) -> Markup:
+    """Why frames got no pose: how often, where first, what that means, and what was said; empty if all did."""
     groups: dict[tuple[str, str], list[int]] = {}
     for place, record in enumerate(recording.frames):
         if not record.has_pose:
@@ -135,20 +135,16 @@ def unanswered_table(recording: Recording, axis: Axis) -> Markup:
         said = recording.frames[places[0]].message
         rows.append((element("b", reason or state), state.lower(), count, axis.place(places[0]), meaning, said))
     heading = ("reason", "", "frames", "first at", "what it means", "what was said of the first")
-    return table(heading, rows, narrow=True)
+    return section("Frames without a pose", table(heading, rows, narrow=True)) if rows else Markup()
 
 
-def refused_table(recording: Recording) -> Markup:
-    """Refused messages of all topics, by code; empty if there are none."""
-    if not recording.refused:
-        return Markup()
-    return table(("refused messages of all topics", "how many"), recording.refused.most_common())
-
-
-def note_list(recording: Recording) -> Markup:
-    """What a user should know; empty if there is nothing."""
+def notes_section(recording: Recording) -> Markup:
+    """What a user should know, and refused messages of all topics by code; empty if there is nothing."""
     notes = [note for note in (*recording.notes, truth_frame_note(recording)) if note]
-    return element("ul", *(element("li", note) for note in notes)) if notes else Markup()
+    parts = [element("ul", *(element("li", note) for note in notes))] if notes else []
+    if recording.refused:
+        parts.append(table(("refused messages of all topics", "how many"), recording.refused.most_common()))
+    return section("Notes", *parts) if parts else Markup()
 
 
 def run_table(run_info: Mapping[str, Any]) -> Markup:
