@@ -17,10 +17,9 @@ from vigg_ros.cli.bag_input import add_bag_arguments, find_extrinsics, requested
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
 from vigg_ros.cli.console import ExitCode, say, table
 from vigg_ros.registration.config import Config
-from vigg_ros.report.bag_messages import TOPIC_ROLES
+from vigg_ros.report.bag_messages import SAMPLED_MESSAGES, TOPIC_ROLES, Sample, describe
 from vigg_ros.report.diagnosis import Diagnosis, diagnose
 from vigg_ros.report.findings import DoctorFinding
-from vigg_ros.report.samples import SAMPLED_MESSAGES, Sample, describe
 from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.tracking.extrinsics import Lookup
 

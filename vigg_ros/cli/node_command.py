@@ -20,7 +20,7 @@ from vigg_ros.cli.console import UsageError
 from vigg_ros.registration.options import InputConfig
 from vigg_ros.registration.quaternion import quaternion_from_rotation
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.report.samples import Sample, suggest_preset, take_samples
+from vigg_ros.report.bag_messages import Sample, suggest_preset, take_samples
 
 
 @contextmanager

@@ -18,8 +18,8 @@ from vigg_ros.bags.topics import (
     choose_topics,
 )
 from vigg_ros.registration.config import Config
+from vigg_ros.report.bag_messages import Sample, suggest_preset, take_samples
 from vigg_ros.report.findings import DoctorFinding, check_frames, check_pairing, check_samples
-from vigg_ros.report.samples import Sample, suggest_preset, take_samples
 from vigg_ros.tracking.extrinsics import Lookup
 
 MAX_ALTERNATIVE_CHOICES = 8

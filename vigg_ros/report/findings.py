@@ -18,7 +18,7 @@ from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import ProjectedScan
 from vigg_ros.registration.options import PairingConfig
-from vigg_ros.report.samples import Sample, Samples, observations_of
+from vigg_ros.report.bag_messages import Sample, Samples, observations_of
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, PointCloud
 from vigg_ros.tracking.assembly import depth_frame, scan_frame
 from vigg_ros.tracking.extrinsics import Lookup
