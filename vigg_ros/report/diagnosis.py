@@ -25,6 +25,11 @@ from vigg_ros.tracking.extrinsics import Lookup
 MAX_ALTERNATIVE_CHOICES = 8
 """So many choices of topics are listed for an ambiguous bag."""
 
+AMBIGUOUS = DoctorFinding(
+    "several topics could be meant; what follows holds for the first of the commands below",
+    "choose one of the commands, or name the topics",
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
@@ -63,7 +68,8 @@ def diagnose(
     entries = reader.stamps()  # after the samples, so that the reader's losses are those of a whole reading
     fit, findings = check_frames(samples, extrinsics)
     timing, pairing = check_pairing(entries, choice, find_config(preset).pairing)
-    findings = [*_ambiguity(choices), *check_samples(samples), *findings, *pairing]
+    ambiguous = [AMBIGUOUS] if len(choices) > 1 else []
+    findings = [*ambiguous, *check_samples(samples), *findings, *pairing]
     blocked = any(finding.blocks for finding in findings)
     return Diagnosis(
         rhythms=find_rhythms(entries),
@@ -71,7 +77,7 @@ def diagnose(
         fit=[*fit, *timing],
         findings=findings,
         preset=preset,
-        replays=[request for request, _ in choices] if not blocked or len(choices) > 1 else (),
+        replays=[request for request, _ in choices] if not blocked or ambiguous else (),
     )
 
 
@@ -90,11 +96,6 @@ def find_choices(reader: BagReader, requested: TopicRequest) -> list[tuple[Topic
         except AmbiguousTopicError as error:
             waiting[:0] = [error.settled(request, name) for name in error.names]
     return found
-
-
-def _ambiguity(choices: Sequence[object]) -> list[DoctorFinding]:
-    text = "several topics could be meant; what follows holds for the first of the commands below"
-    return [DoctorFinding(text, "choose one of the commands, or name the topics")] if len(choices) > 1 else []
 
 
 def missing_topics(reader: BagReader, error: TopicError) -> list[DoctorFinding]:

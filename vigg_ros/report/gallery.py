@@ -50,31 +50,29 @@ INTRODUCTION = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Lines:
-    """N visual matches as they are drawn."""
+def draw_agreement(
+    images: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    keypoints: tuple[Keypoints, Keypoints],
+    outcome: Outcome | None,
+    config: Config,
+    *,
+    panel_width_px: int | None = None,
+) -> Picture:
+    """Target and source with the matches that agree with the answer, as it counted them, coloured.
 
-    target_px: NDArray[np.floating]
-    """(N, 2)"""
-    source_px: NDArray[np.floating]
-    """(N, 2)"""
-    agrees: NDArray[np.bool_]
-    """(N,) with the answer."""
-
-
-def lines_of_matches(target: Keypoints, source: Keypoints, outcome: Outcome | None, config: Config) -> Lines:
-    """The matches that agree with the answer, as it counted them, and those of the reduced images that do not."""
+    Grey are those of the reduced images that do not agree.
+    """
+    target, source = keypoints
     matches = match_visual(target, source, config.visual)
     agreeing = np.empty((0, 4), np.float32)
     if isinstance(outcome, Registration):
         agreeing = outcome.visual_inliers_px
         off_m = matches.distances(outcome.T_target_source)
         matches = matches.select(off_m >= config.cliques.inlier_threshold_m)
-    return Lines(
-        np.concatenate((target.pixels[matches.target_row], agreeing[:, :2])),
-        np.concatenate((source.pixels[matches.source_row], agreeing[:, 2:])),
-        np.arange(len(matches) + len(agreeing)) >= len(matches),
-    )
+    target_px = np.concatenate((target.pixels[matches.target_row], agreeing[:, :2]))
+    source_px = np.concatenate((source.pixels[matches.source_row], agreeing[:, 2:]))
+    agrees = np.arange(len(target_px)) >= len(matches)
+    return draw_matches(*images, target_px, source_px, agrees=agrees, panel_width_px=panel_width_px)
 
 
 def draw_scan_of(frame: Frame, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture | None:
@@ -111,9 +109,8 @@ class PicturedFrame:
         if keyframe is None:
             nothing = np.empty((0, 2))
             return draw_matches(np.full_like(image, 255), image, nothing, nothing, panel_width_px=panel_width_px)
-        lines = lines_of_matches(keyframe.features.keypoints, source, self.result.outcome, config)
-        pixels = lines.target_px, lines.source_px
-        return draw_matches(keyframe.frame.image, image, *pixels, agrees=lines.agrees, panel_width_px=panel_width_px)
+        images, keypoints = (keyframe.frame.image, image), (keyframe.features.keypoints, source)
+        return draw_agreement(images, keypoints, self.result.outcome, config, panel_width_px=panel_width_px)
 
     def draw_shapes(self, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture | None:
         """Answered: both surfaces as the answer lays them; lost: both depth images, if there are any."""

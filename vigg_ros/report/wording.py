@@ -31,9 +31,7 @@ def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
     said = f"{answered} of {received} {recording.leaders} got a pose ({recording.coverage:.1%})."
     if not answered:
         said += " There is no trajectory."
-    elif metrics is None:
-        said += " The recording holds no ground truth, so nothing is known of their errors."
-    elif not metrics.pooled.compared:
+    elif metrics is None or not metrics.pooled.compared:
         said += f" Nothing is known of their errors: {why_no_errors(recording)}."
     else:
         ate = Spread.of(metrics.pooled.absolute.translation_m)
@@ -80,13 +78,13 @@ def _accuracy(recording: Recording, metrics: TrajectoryMetrics | None) -> list[t
     ate, turned = Spread.of(accuracy.absolute.translation_m), Spread.of(accuracy.absolute.rotation_deg)
     positions = f"median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}"
     rotations = f"rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}"
-    figures = [("ATE", length(ate.rmse), f"rmse over {ate.count} frames, aligned; {positions}; {rotations}")]
+    figures = [("ATE", f"{length(ate.rmse)} rmse", f"over {ate.count} frames, aligned; {positions}; {rotations}")]
     for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE per frame", accuracy.consecutive)):
         if len(errors.stamps_ns):
             figures.append((title, *_relative(errors)))
     if np.isfinite(accuracy.drift_percent):
-        said = f"of the path: {length(accuracy.end_error_m)} off at the end of {length(accuracy.path_m)}"
-        figures.append(("drift", f"{accuracy.drift_percent:.2f} %", said))
+        said = f"{length(accuracy.end_error_m)} off at the end of {length(accuracy.path_m)}"
+        figures.append(("drift", f"{accuracy.drift_percent:.2f} % of the path", said))
     return figures
 
 
