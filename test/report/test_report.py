@@ -14,8 +14,8 @@ import pytest
 from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration import Config, Reason
 from vigg_ros.report.gallery import Gallery
-from vigg_ros.report.ground_truth import measure
 from vigg_ros.report.page import write_report
+from vigg_ros.report.recording import measure
 from vigg_ros.report.wording import length, nearest_preset, summary_table
 from vigg_ros.tracking.frame_result import State
 from vigg_ros_testing.page_reader import Page

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vigg_ros.report.ground_truth import measure, truth_frame_note
+from vigg_ros.report.recording import measure, truth_frame_note
 from vigg_ros.report.series import (
     LOST,
     NO_FRAME,

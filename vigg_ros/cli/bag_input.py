@@ -23,7 +23,7 @@ from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.errors import BagError, DataError
 from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
 from vigg_ros.report.bag_messages import TOPIC_ROLES, chosen_topics, read_extrinsics, read_messages, read_poses
-from vigg_ros.report.ground_truth import true_trajectory
+from vigg_ros.report.recording import true_trajectory
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import StampedPose

@@ -18,11 +18,9 @@ from vigg_ros.cli.console import ExitCode, Progress, UsageError, add_examples, d
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.report.gallery import Gallery
-from vigg_ros.report.ground_truth import measure, truth_frame_note
 from vigg_ros.report.page import write_report
-from vigg_ros.report.recording import LEADING_MESSAGES, Recording, Replay
-from vigg_ros.report.replay_files import write_frames, write_json, write_trajectory
-from vigg_ros.report.result_bag import write_result_bag
+from vigg_ros.report.recording import LEADING_MESSAGES, Recording, Replay, measure, truth_frame_note
+from vigg_ros.report.replay_files import write_frames, write_json, write_result_bag, write_trajectory
 from vigg_ros.report.wording import summary_table
 from vigg_ros.tracking.frame_result import FrameResult, State
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.accuracy import TrajectoryMetrics
-from vigg_ros.report.ground_truth import true_trajectory
-from vigg_ros.report.recording import Recording
+from vigg_ros.report.recording import Recording, true_trajectory
 from vigg_ros.report.trajectory import Alignment, Trajectory, interpolate
 from vigg_ros.tracking.frame_result import FrameResult, State
 

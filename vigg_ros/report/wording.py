@@ -13,9 +13,8 @@ import numpy as np
 from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.report.accuracy import TrajectoryMetrics
-from vigg_ros.report.ground_truth import truth_frame_note, why_no_errors
 from vigg_ros.report.html import Markup, element, section, table
-from vigg_ros.report.recording import Recording
+from vigg_ros.report.recording import Recording, truth_frame_note, why_no_errors
 from vigg_ros.report.series import Axis, totals_ms
 from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, Errors, Spread
 from vigg_ros.tracking.frame_result import State

@@ -16,7 +16,7 @@ from vigg_ros.bench.evo_errors import TrajectoryErrors, compare, require_evo
 from vigg_ros.cli.console import ExitCode, UsageError, positive_float, positive_int, table
 from vigg_ros.registration.errors import BagError
 from vigg_ros.report.bag_messages import read_poses
-from vigg_ros.report.ground_truth import true_trajectory
+from vigg_ros.report.recording import true_trajectory
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros.report.trajectory_errors import Spread
 
