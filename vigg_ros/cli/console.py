@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import vigg_ros
-from vigg_ros.registration.errors import BagError, ViggError
+from vigg_ros.registration.errors import ViggError
 
 
 class ExitCode(IntEnum):
@@ -44,16 +44,12 @@ def interruptible() -> Iterator[None]:
     numbers = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
-    before = {number: signal.signal(number, _interrupt) for number in numbers}
+    before = {number: signal.signal(number, signal.default_int_handler) for number in numbers}
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _interrupt(*_: object) -> None:
-    raise KeyboardInterrupt
 
 
 class UsageError(ViggError):
@@ -156,8 +152,3 @@ def _processor() -> str:
     except OSError:
         names = []
     return names[0] if names else platform.processor() or platform.machine()
-
-
-def exit_code_of(error: ViggError) -> ExitCode:
-    """Bags that cannot be read give 3; everything else the user can ask for differently is 2."""
-    return ExitCode.UNREADABLE if type(error) is BagError else ExitCode.USAGE

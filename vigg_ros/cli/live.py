@@ -56,10 +56,8 @@ def run(arguments: Namespace) -> ExitCode:
         if interrupted:
             say("\nvigg live: interrupted")  # on a line of its own, as the terminal shows ^C
         say(*(f"note: {note}" for note in [*reader.notes, *choice.notes, *live.notes, *reader.losses]))
-        print(table_text({"recording": reader.path.name, **live.rows()}))
-        advice = advice_on_drops(live.frames, arguments.rate)
-        if advice:
-            print(advice)
+        table = table_text({"recording": reader.path.name, **live.rows()})
+        print(*filter(None, (table, advice_on_drops(live.frames, arguments.rate))), sep="\n")
         if interrupted:
             return ExitCode.INTERRUPTED
         return _verdict(len(live.frames.answered), live.exit_code)

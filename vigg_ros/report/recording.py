@@ -64,17 +64,14 @@ class Replay:
     def run(self, messages: Iterable[tuple[Role, Any]]) -> Iterator[FrameResult]:
         """A result for each leading message, in the order in which they are settled."""
         for role, message in messages:
-            if role == "ground_truth":
-                self._take_truth(message)
-            else:
+            if role != "ground_truth":
                 yield from self._pipeline.feed(role, message)
+                continue
+            try:
+                self.truth.append(decode_pose(message))
+            except DataError as error:
+                self._pipeline.refused[error.code] += 1
         yield from self._pipeline.flush()
-
-    def _take_truth(self, message: Any) -> None:
-        try:
-            self.truth.append(decode_pose(message))
-        except DataError as error:
-            self._pipeline.refused[error.code] += 1
 
 
 def measure(recording: Recording) -> TrajectoryMetrics | None:

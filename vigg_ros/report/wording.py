@@ -146,7 +146,7 @@ def notes_section(recording: Recording) -> Markup:
 
 def run_table(run_info: Mapping[str, Any]) -> Markup:
     """Everything that run.json says."""
-    return table(("run", ""), [(name.replace("_", " "), _plain(value)) for name, value in run_info.items()])
+    return table(("run", ""), [(name.replace("_", " "), value) for name, value in run_info.items()])
 
 
 def changes_table(config: Config) -> Markup:
@@ -179,7 +179,3 @@ def length(metres: float) -> str:
 def angle(deg: float) -> str:
     """An angle of an error, to two digits."""
     return f"{deg:.2g} deg" if deg >= 1e-3 else "under 0.001 deg"
-
-
-def _plain(value: Any) -> str:
-    return " ".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
