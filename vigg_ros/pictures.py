@@ -107,10 +107,8 @@ def draw_aligned(
         flat = [(cloud - middle)[:, rows] * px_per_m for cloud in clouds]
         panel = _with_scale_bar(_shade(flat, size), px_per_m)
         panels.append(write(panel, name, (10, 20), _TEXT_BGR))
-    picture = beside(*panels)
-    for place_u_px, name, colour in ((10, "target", TARGET_BGR), (70, "source", SOURCE_BGR)):
-        picture = write(picture, name, (place_u_px, picture.shape[0] - 12), colour)
-    return picture
+    picture = write(beside(*panels), "target", (10, size[1] - 12), TARGET_BGR)
+    return write(picture, "source", (70, size[1] - 12), SOURCE_BGR)
 
 
 def beside(left: Picture, right: Picture) -> Picture:

@@ -181,7 +181,7 @@ class Gallery:
 
 
 def _rank(pictured: PicturedFrame, *, chosen: list[PicturedFrame], stretch: int) -> tuple[float, ...]:
-    """The smaller, the more an pictured adds to those that are chosen."""
+    """The smaller, the more a frame adds to those that are chosen."""
     repeated = sum(pictured.reason == other.reason for other in chosen)
     is_near = any(abs(pictured.index - other.index) < stretch for other in chosen)
     return pictured.reason is None, repeated, is_near, pictured.margin, pictured.index

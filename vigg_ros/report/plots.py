@@ -41,10 +41,8 @@ BLUE, ORANGE, RED, PURPLE, GREEN, GREY = "#3a86c8", "#e69f00", "#d1495b", "#9b6b
 BARS = {TRACKING: (BLUE, 0.7), RELOCALISED: (ORANGE, 0.7), REFUSED: (GREY, 1.0), LOST: (RED, 1.0)}
 """Colour and height of what a column shows; heights are for those who print in grey."""
 STAGE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, GREY, "#56b4e9", "#b8a038", "#cc79a7", "#5f6f52")
-EVIDENCE_COLOURS = (
-    {"overlap": BLUE, "consistency": GREEN},
-    {"visual_inliers": PURPLE, "geometric_inliers": ORANGE},
-)
+SHARE_COLOURS = {"overlap": BLUE, "consistency": GREEN}
+INLIER_COLOURS = {"visual_inliers": PURPLE, "geometric_inliers": ORANGE}
 
 MAX_MARKS = 400
 """Marks of a kind in one plot; more cannot be told apart."""
@@ -148,7 +146,7 @@ def plot_evidence(frames: Sequence[FrameResult], axis: Axis) -> Figure:
     """Overlap, consistency and inliers over time; crosses where the frame was lost all the same."""
     figure, axes = _blank(3.4, nrows=2, sharex=True)
     answered = np.array([record.has_pose for record in frames])
-    for ax, colours in zip(axes, EVIDENCE_COLOURS, strict=True):
+    for ax, colours in zip(axes, (SHARE_COLOURS, INLIER_COLOURS), strict=True):
         _shade(ax, frames, axis)
         for name, colour in colours.items():
             values = evidence_series(frames, name)

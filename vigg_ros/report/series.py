@@ -107,8 +107,7 @@ def evidence_series(frames: Sequence[FrameResult], name: str) -> NDArray[np.floa
 
 def positions(frames: Sequence[FrameResult]) -> NDArray[np.float64]:
     """Positions (N, 3), metres, in the odometry frame of each one's session; NaN for unanswered frames."""
-    nowhere = np.full(3, np.nan)
-    rows = [nowhere if r.T_odom_frame is None else r.T_odom_frame[:3, 3] for r in frames]
+    rows = [np.full(3, np.nan) if r.T_odom_frame is None else r.T_odom_frame[:3, 3] for r in frames]
     return np.array(rows).reshape(-1, 3)
 
 
