@@ -26,8 +26,7 @@ from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration import Config
 from vigg_ros.report.bag_messages import chosen_topics, read_extrinsics, read_messages
 from vigg_ros.report.recording import Replay
-from vigg_ros.report.replay_files import write_frames, write_trajectory
-from vigg_ros.report.result_bag import write_result_bag
+from vigg_ros.report.replay_files import write_frames, write_result_bag, write_trajectory
 from vigg_ros.tracking import FrameResult
 
 PACKAGE = Path(vigg_ros.__file__).parent

@@ -62,7 +62,8 @@ def draw_depth(depth_m: NDArray[np.floating], *, panel_width_px: int | None = No
     measured = depth_m > 0
     picture = np.full((*depth_m.shape, 3), _NO_DEPTH_GREY, np.uint8)
     picture[measured], label = _depth_colours(depth_m[measured])
-    return _labelled(fit_width(picture, panel_width_px), label or "no depth")
+    picture = fit_width(picture, panel_width_px)
+    return write(picture, label or "no depth", (8, picture.shape[0] - 10), _WHITE_BGR)
 
 
 def draw_scan(
@@ -81,7 +82,7 @@ def draw_scan(
     places = _scaled(pixels, image, picture)
     for i in np.argsort(-depth_m):  # the near ones on top
         cv2.circle(picture, _fixed_point(places[i]), 16, colours[i].tolist(), -1, cv2.LINE_AA, 4)
-    return _labelled(picture, label or "no point in the image")
+    return write(picture, label or "no point in the image", (8, picture.shape[0] - 10), _WHITE_BGR)
 
 
 def draw_aligned(
@@ -106,10 +107,8 @@ def draw_aligned(
         flat = [(cloud - middle)[:, rows] * px_per_m for cloud in clouds]
         panel = _with_scale_bar(_shade(flat, size), px_per_m)
         panels.append(write(panel, name, (10, 20), _TEXT_BGR))
-    picture = beside(*panels)
-    for place_u_px, name, colour in ((10, "target", TARGET_BGR), (70, "source", SOURCE_BGR)):
-        picture = write(picture, name, (place_u_px, picture.shape[0] - 12), colour)
-    return picture
+    picture = write(beside(*panels), "target", (10, size[1] - 12), TARGET_BGR)
+    return write(picture, "source", (70, size[1] - 12), SOURCE_BGR)
 
 
 def beside(left: Picture, right: Picture) -> Picture:
@@ -136,11 +135,6 @@ def write(picture: Picture, text: str, place_px: tuple[int, int], colour: tuple[
     picture = picture.copy()
     cv2.putText(picture, text, place_px, cv2.FONT_HERSHEY_SIMPLEX, 0.45, colour, 1, cv2.LINE_AA)
     return picture
-
-
-def _labelled(picture: Picture, text: str) -> Picture:
-    """The picture with a line of text in its lower left corner."""
-    return write(picture, text, (8, picture.shape[0] - 10), _WHITE_BGR)
 
 
 def _depth_colours(depth_m: NDArray[np.floating]) -> tuple[NDArray[np.uint8], str]:

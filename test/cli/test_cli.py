@@ -76,7 +76,7 @@ def test_replay_leaves_what_the_design_lists_and_the_same_bytes_again(bag: Path,
     output = tmp_path / "out"
     assert main(["replay", str(bag), "--output", str(output), "--output-bag"]) == 0
     shown = capsys.readouterr()
-    assert "4 of 4 (100.0%)" in shown.out
+    assert "100.0%: 4 of 4 colour images" in shown.out
     assert "configuration    rgbd, by what the bag holds" in shown.out
     assert json.loads((output / "run.json").read_text())["configuration"] == "rgbd, by what the bag holds"
     assert shown.out.splitlines()[-1] == f"report: {output / 'report.html'}"

@@ -11,7 +11,7 @@ import pytest
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.messages.result_messages import MAX_PATH_POSES, PathPoses
-from vigg_ros.report.result_bag import write_result_bag
+from vigg_ros.report.replay_files import write_result_bag
 from vigg_ros_testing.report_samples import lost, refused, started, tracked
 
 

@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.node.player import live_frames, live_table
 from vigg_ros.node.player.live_frames import LiveFrames
-from vigg_ros.node.player.live_table import REDRAW_S, REPEAT_S, LiveDisplay, advice_on_drops, live_rows, table_text
+from vigg_ros.node.player.live_table import REDRAW_S, REPEAT_S, LiveDisplay, advice_on_drops, live_rows
 from vigg_ros.node.player.node_process import Usage
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.trajectory import Trajectory
+from vigg_ros.report.wording import table_text
 
 STAMPS_NS = [1_700_000_000_000_000_001 + k * 100_000_000 for k in range(6)]
 NOTHING = Usage(100.0, 10.0, 300.0)

@@ -146,7 +146,7 @@ def test_an_answer_shows_its_matches_in_colour_and_both_surfaces():
 
 def test_a_lost_frame_shows_both_depth_images():
     (frame,) = offered(lost(1)).pictured
-    depth = draw_depth(frame.source.depth_m, panel_width_px=100)
+    depth = draw_depth(frame.compared.frame.geometry.depth_m, panel_width_px=100)
     np.testing.assert_array_equal(frame.draw_shapes(panel_width_px=100), beside(depth, depth))
 
 
@@ -154,6 +154,6 @@ def test_a_frame_lost_before_there_was_a_keyframe_is_shown_alone():
     gallery = Gallery(Config())
     gallery.offer(lost(0, Reason.NO_DEPTH, keyframe_id=None, compared=compared(with_keyframe=False)))
     (frame,) = gallery.pictured
-    assert frame.target is None
+    assert frame.compared.keyframe is None
     assert frame.draw_shapes() is None
     assert frame.draw_matches(Config()).ndim == 3

@@ -17,8 +17,7 @@ from vigg_ros.registration import Config
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.accuracy import Accuracy
 from vigg_ros.report.bag_messages import read_extrinsics
-from vigg_ros.report.ground_truth import measure
-from vigg_ros.report.recording import Recording
+from vigg_ros.report.recording import Recording, measure
 from vigg_ros.tracking.extrinsics import StaticTree, fixed
 from vigg_ros_testing.pipeline_runs import replay_bag
 

@@ -14,10 +14,9 @@ import pytest
 from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration import Config, Reason
 from vigg_ros.report.gallery import Gallery
-from vigg_ros.report.ground_truth import measure
 from vigg_ros.report.page import write_report
-from vigg_ros.report.summary_table import summary_table
-from vigg_ros.report.wording import length, nearest_preset
+from vigg_ros.report.recording import measure
+from vigg_ros.report.wording import length, nearest_preset, summary_table
 from vigg_ros.tracking.frame_result import State
 from vigg_ros_testing.page_reader import Page
 from vigg_ros_testing.report_samples import compared, lost, recording, refused, started, tracked, truth
@@ -165,7 +164,7 @@ def test_a_truth_of_too_few_answered_frames_is_not_called_missing(tmp_path, resu
     assert page.text.count(words) == 2, "in the lead and in the tile"
     assert "no ground truth" not in page.text
     of_them = recording(results, truth=truth(5))
-    assert words in summary_table(of_them, measure(of_them), configuration="rgbd")
+    assert words in summary_table(of_them, measure(of_them), RUN)
 
 
 def test_of_scans_the_page_speaks_as_scans(tmp_path):

@@ -11,15 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vigg_ros.report.ground_truth import measure, truth_frame_note
-from vigg_ros.report.routes import choose_plan, find_routes, frame_errors
+from vigg_ros.report.recording import measure, truth_frame_note
 from vigg_ros.report.series import (
     LOST,
     NO_FRAME,
     REFUSED,
     STRIP_COLUMNS,
     TRACKING,
+    choose_plan,
     evidence_series,
+    find_routes,
+    frame_errors,
     positions,
     runs,
     stage_times_ms,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
-from vigg_ros.report.trajectory import Trajectory, align, interpolate
+from vigg_ros.report.trajectory import BY_ORIENTATIONS, BY_POSITIONS, Trajectory, align, interpolate
 from vigg_ros_testing.trajectory_samples import SECOND, motions, path, pose, winding
 
 TENTH = SECOND // 10
@@ -125,7 +125,7 @@ def test_the_length_is_the_sum_of_the_steps():
 def test_alignment_finds_the_motion_between_two_worlds(T_truth_estimate):
     estimate = path(winding(8))
     alignment = align(estimate.moved(T_truth_estimate), estimate)
-    assert alignment.method == "positions"
+    assert alignment.words == BY_POSITIONS
     # Positions are up to 100 m, with 16 digits.
     np.testing.assert_allclose(alignment.T_truth_estimate, T_truth_estimate, atol=1e-11)
 
@@ -135,7 +135,7 @@ def test_alignment_finds_the_motion_between_two_worlds(T_truth_estimate):
 def test_on_a_line_the_orientations_say_what_the_positions_leave_open(count, T_truth_estimate):
     estimate = path([pose(0.3 * i, yaw_deg=5 * i) for i in range(count)])
     alignment = align(estimate.moved(T_truth_estimate), estimate)
-    assert alignment.method == "orientations"
+    assert alignment.words == BY_ORIENTATIONS
     assert "orientations" in alignment.words
     np.testing.assert_allclose(alignment.T_truth_estimate, T_truth_estimate, atol=1e-11)
 

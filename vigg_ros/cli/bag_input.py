@@ -22,12 +22,19 @@ from vigg_ros.cli.console import UsageError
 from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.errors import BagError, DataError
 from vigg_ros.registration.rigid import inverse, rigid_from_quaternion
-from vigg_ros.report.bag_messages import chosen_topics, read_extrinsics, read_messages
+from vigg_ros.report.bag_messages import TOPIC_ROLES, chosen_topics, read_extrinsics, read_messages, read_poses
+from vigg_ros.report.recording import true_trajectory
+from vigg_ros.report.trajectory import Trajectory
 from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import StampedPose
 from vigg_ros.tracking.extrinsics import Lookup, fixed
 
-TOPIC_ROLES: tuple[Role, ...] = ("image", "camera_info", "depth", "points", "ground_truth")
+
+def add_bag_arguments(parser: ArgumentParser) -> None:
+    """The bag, --extrinsics, --image-topic and its siblings."""
+    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_extrinsics_argument(parser)
+    add_topic_arguments(parser)
 
 
 def add_extrinsics_argument(parser: ArgumentParser, use: str = "instead of /tf_static") -> None:
@@ -115,10 +122,16 @@ def given_extrinsics(given: list[float]) -> NDArray[np.float64]:
         raise UsageError(f"--extrinsics: {error}") from error
 
 
+def find_truth(reader: BagReader, choice: TopicChoice, file: str | None) -> Trajectory | None:
+    """The true poses of a TUM file, else of the chosen topic; None if nobody knows them. Raises UsageError."""
+    if file:
+        return true_trajectory(read_truth(Path(file)))
+    return None if choice.ground_truth is None else true_trajectory(read_poses(reader, choice.ground_truth.name))
+
+
 def read_truth(path: Path) -> list[StampedPose]:
     """The poses of a TUM file. Raises UsageError."""
     try:
-        poses = read_stamped_poses(path)
+        return [StampedPose(pose.stamp_ns, "", "", pose.T_world_sensor) for pose in read_stamped_poses(path)]
     except (OSError, BagError) as error:
         raise UsageError(f"--ground-truth {path} cannot be read: {error}") from error
-    return [StampedPose(pose.stamp_ns, "", "", pose.T_world_sensor) for pose in poses]

@@ -17,7 +17,7 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.registration.errors import ConfigError
-from vigg_ros.report.samples import find_preset
+from vigg_ros.report.bag_messages import find_preset
 
 HOLDINGS = {"rgbd": "depth images or near points", "lidar": "scans that reach far"}
 """What each preset is made for."""

@@ -13,12 +13,13 @@ import time
 from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from datetime import datetime
 from enum import IntEnum
-from types import TracebackType
+from pathlib import Path
 from typing import Any
 
 import vigg_ros
-from vigg_ros.registration.errors import BagError, ViggError
+from vigg_ros.registration.errors import ViggError
 
 
 class ExitCode(IntEnum):
@@ -43,16 +44,12 @@ def interruptible() -> Iterator[None]:
     numbers = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
-    before = {number: signal.signal(number, _interrupt) for number in numbers}
+    before = {number: signal.signal(number, signal.default_int_handler) for number in numbers}
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _interrupt(*_: object) -> None:
-    raise KeyboardInterrupt
 
 
 class UsageError(ViggError):
@@ -63,6 +60,14 @@ def add_examples(parser: ArgumentParser, *commands: str) -> None:
     """Commands to begin with, below the help."""
     parser.formatter_class = RawDescriptionHelpFormatter
     parser.epilog = "\n".join(["examples:", *(f"  {command}" for command in commands)])
+
+
+def output_folder(asked: str | None, default: str) -> Path:
+    """A folder for results, not made yet; by default with the time in its name. Raises UsageError where one exists."""
+    output = Path(asked or f"{default}_{datetime.now():%Y%m%d_%H%M%S}")
+    if output.exists() or output.is_symlink():
+        raise UsageError(f"{output} exists already and is not overwritten; give another --output")
+    return output
 
 
 def positive_int(text: str) -> int:
@@ -94,7 +99,7 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._is_shown:
             self._show("\n")
 
@@ -114,6 +119,11 @@ class Progress:
         left_s = (self._total - self._done) / rate if rate > 0 and self._total > self._done else 0
         text = f"\r{self._done}/{self._total} {self._what}, {rate:.1f}/s, {left_s:.0f} s left"
         print(f"{text:<60}", end=end, file=sys.stderr, flush=True)
+
+
+def say(*lines: str) -> None:
+    """What is no result goes to stderr."""
+    print(*lines, sep="\n", end="\n" if lines else "", file=sys.stderr, flush=True)
 
 
 def table(rows: Sequence[Sequence[object]]) -> str:
@@ -142,8 +152,3 @@ def _processor() -> str:
     except OSError:
         names = []
     return names[0] if names else platform.processor() or platform.machine()
-
-
-def exit_code_of(error: ViggError) -> ExitCode:
-    """Bags that cannot be read give 3; everything else the user can ask for differently is 2."""
-    return ExitCode.UNREADABLE if type(error) is BagError else ExitCode.USAGE

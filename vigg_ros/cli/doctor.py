@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
@@ -14,19 +13,13 @@ from pathlib import Path
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.rhythm import Rhythm
 from vigg_ros.bags.topics import TopicChoice, TopicRequest
-from vigg_ros.cli.bag_input import (
-    TOPIC_ROLES,
-    add_extrinsics_argument,
-    add_topic_arguments,
-    find_extrinsics,
-    requested_topics,
-)
+from vigg_ros.cli.bag_input import add_bag_arguments, find_extrinsics, requested_topics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config, notes_on
-from vigg_ros.cli.console import ExitCode, table
+from vigg_ros.cli.console import ExitCode, say, table
 from vigg_ros.registration.config import Config
-from vigg_ros.report.diagnosis import Diagnosis, DiagnosisRequest, diagnose
+from vigg_ros.report.bag_messages import SAMPLED_MESSAGES, TOPIC_ROLES, Sample, describe
+from vigg_ros.report.diagnosis import Diagnosis, diagnose
 from vigg_ros.report.findings import DoctorFinding
-from vigg_ros.report.samples import SAMPLED_MESSAGES, Sample
 from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.tracking.extrinsics import Lookup
 
@@ -42,27 +35,24 @@ ROLE_NAMES = {
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg doctor``: those of a replay that change what it reads."""
-    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_bag_arguments(parser)
     add_config_arguments(parser, default=None)
-    add_extrinsics_argument(parser)
-    add_topic_arguments(parser)
 
 
 def run(arguments: Namespace) -> ExitCode:
     """Print the page. Raises BagError for a bag that cannot be read at all."""
     with BagReader(arguments.bag) as reader:
-        diagnosis = diagnose(reader, _request(arguments, reader))
+        diagnosis = _diagnose(reader, arguments)
         print("\n".join(page(reader, diagnosis, arguments)))
         damaged = reader.damaged
     if arguments.config is not None and diagnosis.samples:
-        for note in notes_on(load_config(arguments), diagnosis.preset):
-            print(f"note: {note}", file=sys.stderr)
-    if not diagnosis.can_replay:
+        say(*(f"note: {note}" for note in notes_on(load_config(arguments), diagnosis.preset)))
+    if not diagnosis.replays:
         return ExitCode.NOTHING_PAIRED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
 
 
-def _request(arguments: Namespace, reader: BagReader) -> DiagnosisRequest:
+def _diagnose(reader: BagReader, arguments: Namespace) -> Diagnosis:
     def find_config(preset: str) -> Config:
         return load_config(Namespace(config=arguments.config or preset, set=arguments.set))
 
@@ -71,7 +61,7 @@ def _request(arguments: Namespace, reader: BagReader) -> DiagnosisRequest:
             return None
         return find_extrinsics(arguments.extrinsics, reader, choice)
 
-    return DiagnosisRequest(requested_topics(arguments), find_config, extrinsics_of)
+    return diagnose(reader, requested_topics(arguments), find_config=find_config, find_extrinsics=extrinsics_of)
 
 
 def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Iterator[str]:
@@ -80,7 +70,7 @@ def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Itera
     yield from _section("What the bag holds", _contents(reader, diagnosis.rhythms))
     yield from _section("What a replay reads", _inputs(diagnosis.samples))
     preset = [f"the preset for it is {diagnosis.preset}, which a replay chooses"]
-    is_chosen = bool(diagnosis.samples) and not arguments.config
+    is_chosen = diagnosis.samples and not arguments.config
     yield from _section("How it fits together", [*diagnosis.fit, *(preset if is_chosen else [])])
     yield from _section("What is lost", map(str, reader.losses))
     yield from _section("What is missing", _finding_lines([one for one in diagnosis.findings if one.blocks]))
@@ -91,7 +81,7 @@ def page(reader: BagReader, diagnosis: Diagnosis, arguments: Namespace) -> Itera
 
 
 def _verdict(diagnosis: Diagnosis, *, damaged: bool) -> str:
-    if not diagnosis.can_replay:
+    if not diagnosis.replays:
         return "cannot be replayed as it is"
     return "can be replayed, but a part of it is lost" if damaged else "can be replayed"
 
@@ -105,7 +95,8 @@ def _section(title: str, lines: Sequence[str] | Iterator[str]) -> Iterator[str]:
 
 def _inputs(samples: Sequence[Sample]) -> Iterator[str]:
     """One row for each topic that a replay reads."""
-    rows = [(ROLE_NAMES[one.role], one.topic.name, one.description or "unusable") for one in samples]
+    first = [describe(one.observations[0]) if one.observations else "unusable" for one in samples]
+    rows = [(ROLE_NAMES[one.role], one.topic.name, said) for one, said in zip(samples, first, strict=True)]
     if rows:
         yield from table([("for", "topic", "first message"), *rows]).split("\n")
         yield f"Of each, {SAMPLED_MESSAGES} messages were decoded; of the others only the stamps were read."

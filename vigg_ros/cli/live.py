@@ -6,22 +6,18 @@ from __future__ import annotations
 
 import os
 from argparse import ArgumentParser, Namespace
-from contextlib import suppress
 from pathlib import Path
 from random import SystemRandom
 from tempfile import TemporaryDirectory
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicChoice, choose_topics
-from vigg_ros.cli.bag_input import read_truth, requested_topics
+from vigg_ros.bags.topics import choose_topics
+from vigg_ros.cli.bag_input import find_truth, requested_topics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config
-from vigg_ros.cli.console import ExitCode, interruptible
+from vigg_ros.cli.console import ExitCode, interruptible, say
 from vigg_ros.cli.node_command import needs_ros, node_arguments
-from vigg_ros.cli.play import add_playing_arguments, say
-from vigg_ros.registration.errors import DataError
-from vigg_ros.report.ground_truth import true_trajectory
-from vigg_ros.report.trajectory import Trajectory
-from vigg_ros.sensors.stamped_pose import decode_pose
+from vigg_ros.cli.play import add_playing_arguments
+from vigg_ros.report.wording import table_text
 
 DOMAINS = range(1, 102)
 """Those whose ports the operating system does not give to others, without 0, which everybody uses."""
@@ -38,7 +34,7 @@ def run(arguments: Namespace) -> ExitCode:
     """Start the node, play, watch, stop the node, and print what it did."""
     with needs_ros():
         from vigg_ros.node.player.live_run import LiveRun
-        from vigg_ros.node.player.live_table import advice_on_drops, table_text
+        from vigg_ros.node.player.live_table import advice_on_drops
         from vigg_ros.node.player.node_process import NodeFailed
     domain_id = _free_domain() if arguments.domain_id is None else arguments.domain_id
     with BagReader(arguments.bag) as reader, TemporaryDirectory(prefix="vigg_live_") as folder, interruptible():
@@ -48,7 +44,7 @@ def run(arguments: Namespace) -> ExitCode:
         )
         # A mistake in it is told here, not by the node.
         load_config(Namespace(config=node.parameters["config"], set=arguments.set))
-        live = LiveRun(reader, choice, _read_truth(reader, choice, arguments.ground_truth), domain_id=domain_id)
+        live = LiveRun(reader, choice, find_truth(reader, choice, arguments.ground_truth), domain_id=domain_id)
         say(node.shell_line(domain_id), "rviz2 and `ros2 topic` can watch on that domain; --domain-id chooses another")
         try:
             interrupted = live.run(
@@ -60,10 +56,8 @@ def run(arguments: Namespace) -> ExitCode:
         if interrupted:
             say("\nvigg live: interrupted")  # on a line of its own, as the terminal shows ^C
         say(*(f"note: {note}" for note in [*reader.notes, *choice.notes, *live.notes, *reader.losses]))
-        print(table_text({"recording": reader.path.name, **live.rows()}))
-        advice = advice_on_drops(live.frames, arguments.rate)
-        if advice:
-            print(advice)
+        table = table_text({"recording": reader.path.name, **live.rows()})
+        print(*filter(None, (table, advice_on_drops(live.frames, arguments.rate))), sep="\n")
         if interrupted:
             return ExitCode.INTERRUPTED
         return _verdict(len(live.frames.answered), live.exit_code)
@@ -77,19 +71,6 @@ def _verdict(answered: int, exit_code: int) -> ExitCode:
         say("vigg live: no frame got a pose; the notes above and `vigg doctor` say what is missing")
         return ExitCode.NOTHING_PAIRED
     return ExitCode.OK
-
-
-def _read_truth(reader: BagReader, choice: TopicChoice, file: str | None) -> Trajectory | None:
-    """The true poses by the recording's stamps; None if nobody knows them."""
-    if file is not None:
-        return true_trajectory(read_truth(Path(file)))
-    if choice.ground_truth is None:
-        return None
-    poses = []
-    for item in reader.messages([choice.ground_truth.name]):
-        with suppress(DataError):  # what is left of the truth counts, as in a replay
-            poses.append(decode_pose(item.message))
-    return true_trajectory(poses)
 
 
 def _free_domain() -> int:

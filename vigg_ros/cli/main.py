@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     name = next((word for word in argv if word in COMMANDS), None)
     arguments = _parser(name).parse_args(argv)
     from vigg_ros.cli import console
-    from vigg_ros.registration.errors import ViggError
+    from vigg_ros.registration.errors import BagError, ViggError
 
     try:
         with warnings.catch_warnings():
@@ -42,7 +42,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             return int(arguments.run(arguments))
     except ViggError as error:
         print(f"vigg {arguments.command}: {error}", file=sys.stderr)
-        return int(console.exit_code_of(error))
+        # What is no unreadable bag the user can ask for differently.
+        return int(console.ExitCode.UNREADABLE if type(error) is BagError else console.ExitCode.USAGE)
     except KeyboardInterrupt:
         print(f"vigg {arguments.command}: interrupted", file=sys.stderr)
         return int(console.ExitCode.INTERRUPTED)

@@ -9,7 +9,6 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +17,9 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.cli.bag_input import find_extrinsics
 from vigg_ros.cli.console import UsageError
+from vigg_ros.registration.options import InputConfig
 from vigg_ros.registration.rigid import inverse, quaternions_from_rotations
-from vigg_ros.report.samples import find_preset
-
-_PEEKED_MESSAGES = 10
+from vigg_ros.report.bag_messages import Sample, suggest_preset, take_samples
 
 
 @contextmanager
@@ -82,14 +80,15 @@ def node_arguments(
     """
     remappings = {"rgb/image": choice.image.name, "rgb/camera_info": choice.camera_info.name}
     transport = "compressed" if choice.image.type.endswith("CompressedImage") else "raw"
-    parameters = {"config": config or find_preset(reader, choice)}
+    samples = take_samples(reader, choice, InputConfig())
+    parameters = {"config": config or suggest_preset(samples)}
     parameters |= {"geometry": "depth" if choice.points is None else "points", "image_transport": transport}
     if choice.depth is not None:
         remappings["depth/image"] = choice.depth.name
     if choice.points is not None:
         remappings["points"] = choice.points.name
         lookup = find_extrinsics(extrinsics, reader, choice)
-        points_frame, camera_frame = (_frame_of(reader, topic.name) for topic in (choice.points, choice.image))
+        points_frame, camera_frame = _frame_of(samples["points"]), _frame_of(samples["image"])
         # In this order: what --extrinsics gives answers to it whatever the names.
         T_camera_points = lookup(camera_frame, points_frame)
         if T_camera_points is None:
@@ -101,13 +100,9 @@ def node_arguments(
     return NodeArguments(remappings, parameters | dict(option.partition("=")[::2] for option in options))
 
 
-def _frame_of(reader: BagReader, topic: str) -> str:
+def _frame_of(sample: Sample) -> str:
     """The frame that the first messages of a topic name; empty if none does."""
-    for item in islice(reader.messages([topic], order="log"), _PEEKED_MESSAGES):
-        frame_id = str(getattr(getattr(item.message, "header", None), "frame_id", "")).lstrip("/")
-        if frame_id:
-            return frame_id
-    return ""
+    return next((one.frame_id for one in sample.observations if one.frame_id), "")
 
 
 def _seven_numbers(T_points_camera: NDArray[np.float64]) -> str:

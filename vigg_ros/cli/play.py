@@ -4,15 +4,14 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from vigg_ros.bags.reader import BagReader, SerialisedMessage
 from vigg_ros.bags.topics import choose_topics
-from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments, requested_topics
-from vigg_ros.cli.console import ExitCode, Progress, UsageError, interruptible, positive_float
+from vigg_ros.cli.bag_input import add_bag_arguments, requested_topics
+from vigg_ros.cli.console import ExitCode, Progress, UsageError, interruptible, positive_float, say
 from vigg_ros.cli.node_command import needs_ros, node_arguments
 
 if TYPE_CHECKING:
@@ -30,14 +29,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def add_playing_arguments(parser: ArgumentParser) -> None:
     """What to play and how: common to ``vigg play`` and ``vigg live``."""
-    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_bag_arguments(parser)
     parser.add_argument("--rate", type=positive_float, default=1.0, help="speed: 2 is twice as fast (default: 1)")
     parser.add_argument(
         "--best-effort", action="store_true", help="publish as sensor drivers do: what is lost is not sent again"
     )
     parser.add_argument("--domain-id", type=int, choices=range(233), metavar="ID", help="ROS domain")
-    add_extrinsics_argument(parser)
-    add_topic_arguments(parser)
 
 
 def run(arguments: Namespace) -> ExitCode:
@@ -64,11 +61,6 @@ def run(arguments: Namespace) -> ExitCode:
             player.flush()
         say(*(f"note: {note}" for note in [*player.lateness_notes(), *reader.losses]))
         return ExitCode.PARTLY_READABLE if reader.damaged else ExitCode.OK
-
-
-def say(*lines: str) -> None:
-    """What is no result goes to stderr."""
-    print(*lines, sep="\n", end="\n" if lines else "", file=sys.stderr, flush=True)
 
 
 def _play_once(player: BagPlayer, expected: int, rate: float) -> None:

@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
 from dataclasses import fields
-from datetime import datetime
 from pathlib import Path
 
 import cv2
@@ -16,14 +14,14 @@ from numpy.typing import NDArray
 
 from vigg_ros.cli.bag_input import add_extrinsics_argument, given_extrinsics
 from vigg_ros.cli.config_arguments import add_config_arguments, load_config
-from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, table
-from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, Picture, draw_aligned, draw_matches
+from vigg_ros.cli.console import ExitCode, UsageError, add_examples, output_folder, positive_float, table
+from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, draw_aligned
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Features
-from vigg_ros.registration.result import Evidence, Outcome
+from vigg_ros.registration.result import Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
-from vigg_ros.report.gallery import FramePicture, lines_of_matches
+from vigg_ros.report.gallery import draw_agreement, draw_scan_of
 
 SCAN_SUFFIXES = (".bin", ".npy")
 
@@ -60,9 +58,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> ExitCode:
     """Register, print the transform and its evidence, draw the pictures. FAILED where there is no answer."""
     config = load_config(arguments)
-    output = Path(arguments.output or f"vigg_register_{datetime.now():%Y%m%d_%H%M%S}")
-    if output.exists() or output.is_symlink():
-        raise UsageError(f"{output} exists already and is not overwritten; give another --output")
+    output = output_folder(arguments.output, "vigg_register")
     target = read_frame(Path(arguments.target_image), Path(arguments.target_depth), arguments)
     source = read_frame(Path(arguments.source_image), Path(arguments.source_depth), arguments)
     with record_stages() as timings_ms:
@@ -123,37 +119,28 @@ def describe(outcome: Outcome, timings_ms: dict[str, float]) -> str:
             f"moved {np.linalg.norm(T[:3, 3]):.4f} m and turned {np.rad2deg(angle_rad(T[:3, :3])):.3f} deg; standard "
             f"deviation at most {deviation[:3].max():.4f} m and {np.rad2deg(deviation[3:].max()):.3f} deg"
         )
-    lines += ["", table([("evidence", ""), *_evidence_rows(outcome.evidence)]), ""]
+    values = ((field.name, getattr(outcome.evidence, field.name)) for field in fields(outcome.evidence))
+    evidence = ((name, f"{value:.4g}" if isinstance(value, float) else value) for name, value in values)
+    lines += ["", table([("evidence", ""), *evidence]), ""]
     lines.append(table([("stage", "ms"), *((stage, f"{ms:.1f}") for stage, ms in timings_ms.items())]))
     return "\n".join(lines)
-
-
-def _evidence_rows(evidence: Evidence) -> list[tuple[str, str]]:
-    values = ((field.name, getattr(evidence, field.name)) for field in fields(evidence))
-    return [(name, f"{value:.4g}" if isinstance(value, float) else str(value)) for name, value in values]
 
 
 def draw(
     output: Path, frames: tuple[Frame, Frame], features: tuple[Features, Features], outcome: Outcome, config: Config
 ) -> None:
-    """Pictures of the matches and, if there is an answer, of the aligned surfaces."""
+    """Pictures of the matches, the scans and, if there is an answer, the aligned surfaces. Raises UsageError."""
     target, source = features
-    lines = lines_of_matches(target.keypoints, source.keypoints, outcome, config)
-    images = frames[0].image, frames[1].image
-    pictures = {"matches.png": draw_matches(*images, lines.target_px, lines.source_px, agrees=lines.agrees)}
-    for name, frame, seen in zip(("target", "source"), frames, features, strict=True):
-        scan = FramePicture.of(frame, seen).draw_scan(frame.camera.width_px)
+    images, keypoints = (frames[0].image, frames[1].image), (target.keypoints, source.keypoints)
+    pictures = {"matches.png": draw_agreement(images, keypoints, outcome, config)}
+    for name, frame in zip(("target", "source"), frames, strict=True):
+        scan = draw_scan_of(frame, panel_width_px=frame.camera.width_px)
         if scan is not None:
             pictures[f"{name}_scan.png"] = scan
     if isinstance(outcome, Registration):
         moved = transform(outcome.T_target_source, source.surface.points)
         axes = OPTICAL_AXES if np.allclose(frames[0].geometry.T_camera_points, np.eye(4)) else BODY_AXES
         pictures["aligned.png"] = draw_aligned(target.surface.points, moved, axes=axes)
-    write_pictures(output, pictures)
-
-
-def write_pictures(output: Path, pictures: Mapping[str, Picture]) -> None:
-    """Pictures by file name, into a new folder. Raises UsageError."""
     try:
         output.mkdir(parents=True)
     except OSError as error:

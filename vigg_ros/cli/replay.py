@@ -10,20 +10,18 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
-from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments, open_bag, read_truth
+from vigg_ros.cli.bag_input import add_bag_arguments, open_bag, read_truth
 from vigg_ros.cli.config_arguments import ChosenConfig, add_config_arguments
-from vigg_ros.cli.console import ExitCode, Progress, UsageError, add_examples, describe_machine
-from vigg_ros.registration.config import Config
+from vigg_ros.cli.console import ExitCode, Progress, UsageError, add_examples, describe_machine, output_folder, say
 from vigg_ros.report.accuracy import TrajectoryMetrics
 from vigg_ros.report.bag_messages import chosen_topics
 from vigg_ros.report.gallery import Gallery
-from vigg_ros.report.ground_truth import measure, truth_frame_note
 from vigg_ros.report.page import write_report
-from vigg_ros.report.recording import LEADING_MESSAGES, Recording, Replay
-from vigg_ros.report.replay_files import write_frames, write_json, write_trajectory
-from vigg_ros.report.result_bag import write_result_bag
-from vigg_ros.report.summary_table import summary_table
+from vigg_ros.report.recording import LEADING_MESSAGES, Recording, Replay, measure, truth_frame_note
+from vigg_ros.report.replay_files import write_frames, write_json, write_result_bag, write_trajectory
+from vigg_ros.report.wording import summary_table
 from vigg_ros.tracking.frame_result import FrameResult, State
 
 MIN_FRAMES = 2
@@ -32,13 +30,11 @@ MIN_FRAMES = 2
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg replay``."""
-    parser.add_argument("bag", help="a rosbag2 folder, a lone .mcap or .db3 file, or a ROS 1 .bag")
+    add_bag_arguments(parser)
     add_config_arguments(parser, default=None)
     parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
     parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
-    add_extrinsics_argument(parser)
-    add_topic_arguments(parser)
     add_examples(
         parser,
         "vigg replay bags/street_lidar --output street",
@@ -49,7 +45,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> ExitCode:
     """Replay, write, and say where; raises the package's errors for what cannot be replayed."""
     bag = Path(arguments.bag)
-    output = _output_folder(arguments.output, bag)
+    output = output_folder(arguments.output, f"vigg_replay_{bag.stem}")
     truth = read_truth(Path(arguments.ground_truth)) if arguments.ground_truth else None
     with open_bag(arguments.bag, arguments) as source:
         pipeline, gallery = source.pipeline(), Gallery(source.chosen.config)
@@ -66,20 +62,20 @@ def run(arguments: Namespace) -> ExitCode:
         leaders=LEADING_MESSAGES[pipeline.leader],
     )
     if sum(result.state is not State.REFUSED for result in results) < MIN_FRAMES and not interrupted:
-        _say_nothing_paired(recording)
-        return ExitCode.NOTHING_PAIRED
+        return _nothing_paired(recording)
     _write(recording, gallery, source.chosen, output, with_bag=arguments.output_bag)
     if interrupted:
         return ExitCode.INTERRUPTED
     if len(recording.answered) < MIN_FRAMES:
-        _say_nothing_answered(recording)
+        say(
+            f"vigg replay: {len(recording.answered)} of {len(results)} {recording.leaders} got a pose, "
+            f"fewer than the {MIN_FRAMES} of a motion; frames.csv and the report say why"
+        )
         return ExitCode.NOTHING_PAIRED
     return ExitCode.PARTLY_READABLE if damaged else ExitCode.OK
 
 
-def _collect(
-    replayed: Iterator[FrameResult], gallery: Gallery, expected: int
-) -> tuple[list[FrameResult], bool]:
+def _collect(replayed: Iterator[FrameResult], gallery: Gallery, expected: int) -> tuple[list[FrameResult], bool]:
     """All results, or those until the user interrupted."""
     results: list[FrameResult] = []
     try:
@@ -93,35 +89,17 @@ def _collect(
     return results, False
 
 
-def _output_folder(asked: str | None, bag: Path) -> Path:
-    name = asked or f"vigg_replay_{bag.stem}_{datetime.now():%Y%m%d_%H%M%S}"
-    output = Path(name)
-    if output.exists() or output.is_symlink():
-        raise UsageError(f"{output} exists already and is not overwritten; give another --output")
-    return output
-
-
-def _say_nothing_paired(recording: Recording) -> None:
+def _nothing_paired(recording: Recording) -> ExitCode:
     reasons = ", ".join(f"{code} {count}" for code, count in recording.refused.most_common())
-    _print_notes(recording)
-    print(
+    say(
+        *_notes(recording),
         f"vigg replay: {len(recording.frames)} {recording.leaders}, but fewer than {MIN_FRAMES} frames could be made "
         f"of them (refused: {reasons or 'none'}); `vigg doctor` says what is missing",
-        file=sys.stderr,
     )
+    return ExitCode.NOTHING_PAIRED
 
 
-def _say_nothing_answered(recording: Recording) -> None:
-    print(
-        f"vigg replay: {len(recording.answered)} of {len(recording.frames)} {recording.leaders} got a pose, "
-        f"fewer than the {MIN_FRAMES} of a motion; frames.csv and the report say why",
-        file=sys.stderr,
-    )
-
-
-def _write(
-    recording: Recording, gallery: Gallery, chosen: ChosenConfig, output: Path, *, with_bag: bool
-) -> None:
+def _write(recording: Recording, gallery: Gallery, chosen: ChosenConfig, output: Path, *, with_bag: bool) -> None:
     metrics = measure(recording)
     run_info = {
         "command": shlex.join(["vigg", *sys.argv[1:]]),
@@ -131,37 +109,31 @@ def _write(
     }
     try:
         output.mkdir(parents=True)
-        _write_files(recording, metrics, chosen.config, run_info, output)
+        write_trajectory(recording.frames, output / "trajectory.tum")
+        write_frames(recording.frames, output / "frames.csv")
+        write_json(_metrics(recording, metrics), output / "metrics.json")
+        (output / "config.yaml").write_text(chosen.config.to_yaml(), encoding="utf-8")
+        write_json(run_info, output / "run.json")
         write_report(recording, metrics, gallery, run_info, output / "report.html")
     except OSError as error:
         raise UsageError(f"{output} cannot be written: {error}; give another --output") from error
     if with_bag:
         write_result_bag(recording.frames, output / "results_bag")
-    _print_notes(recording)
-    print(summary_table(recording, metrics, configuration=chosen.source))
+    say(*_notes(recording))
+    print(summary_table(recording, metrics, run_info))
     print(f"report: {output / 'report.html'}")
 
 
-def _write_files(
-    recording: Recording,
-    metrics: TrajectoryMetrics | None,
-    config: Config,
-    run_info: dict[str, object],
-    output: Path,
-) -> None:
-    write_trajectory(recording.frames, output / "trajectory.tum")
-    write_frames(recording.frames, output / "frames.csv")
+def _metrics(recording: Recording, metrics: TrajectoryMetrics | None) -> dict[str, Any]:
+    """What metrics.json holds; without truth the coverage alone."""
     coverage = {
         "frames_received": len(recording.frames),
         "frames_answered": len(recording.answered),
         "coverage": recording.coverage,
         "refused": dict(recording.refused),
     }
-    write_json(coverage | ({} if metrics is None else metrics.as_dict()), output / "metrics.json")
-    (output / "config.yaml").write_text(config.to_yaml(), encoding="utf-8")
-    write_json(run_info, output / "run.json")
+    return coverage if metrics is None else coverage | metrics.as_dict()
 
 
-def _print_notes(recording: Recording) -> None:
-    for note in filter(None, [*recording.notes, truth_frame_note(recording)]):
-        print(f"note: {note}", file=sys.stderr)
+def _notes(recording: Recording) -> list[str]:
+    return [f"note: {note}" for note in (*recording.notes, truth_frame_note(recording)) if note]

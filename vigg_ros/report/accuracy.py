@@ -131,7 +131,7 @@ def measure_session(session: int, estimate: Trajectory, truth: Trajectory, *, re
         accuracy = Accuracy(received, len(estimate), "", nothing, nothing, nothing, 0.0, 0.0)
         return SessionMetrics(session, None, accuracy)
     alignment = align(known_truth, compared)
-    last = len(compared) - 1
+    ends = np.array([[0, len(compared) - 1]])
     accuracy = Accuracy(
         received=received,
         answered=len(estimate),
@@ -140,6 +140,6 @@ def measure_session(session: int, estimate: Trajectory, truth: Trajectory, *, re
         consecutive=relative_errors(known_truth, compared, neighbours(known)),
         per_second=relative_errors(known_truth, compared, one_second_apart(compared.stamps_ns)),
         path_m=known_truth.length_m,
-        end_error_m=float(relative_errors(known_truth, compared, np.array([[0, last]])).translation_m[0]),
+        end_error_m=float(relative_errors(known_truth, compared, ends).translation_m[0]),
     )
     return SessionMetrics(session, alignment, accuracy)

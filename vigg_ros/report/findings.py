@@ -4,21 +4,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vigg_ros.bags.ordering import StampEntry, stamp_order
+from vigg_ros.bags.topics import TopicChoice
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import ProjectedScan
 from vigg_ros.registration.options import PairingConfig
-from vigg_ros.report.pairing_forecast import PairingForecast
-from vigg_ros.report.samples import Sample, Samples, observations_of
+from vigg_ros.report.bag_messages import Sample, Samples, observations_of
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, PointCloud
 from vigg_ros.tracking.assembly import depth_frame, scan_frame
 from vigg_ros.tracking.extrinsics import Lookup
+from vigg_ros.tracking.pairing import Pairing, SyncedPair
 
 FLAT_IMAGE_DEVIATION = 3.0
 """Standard deviation in grey levels: an image that varies less shows nothing to match."""
@@ -50,8 +54,7 @@ class DoctorFinding:
 def check_samples(samples: Samples) -> Iterator[DoctorFinding]:
     """Topics without messages, refused messages, and odd ones that were accepted."""
     for sample in samples.values():
-        needed = sample.role != "ground_truth"
-        yield from _check_sample(sample, needed=needed)
+        yield from _refusals(sample, needed=sample.role != "ground_truth")
         notes = {note.code: note for one in sample.observations for note in one.notes}
         for note in notes.values():
             yield DoctorFinding(f"{sample.topic.name}: found {note.found}, {note.taken}", note.remedy)
@@ -61,7 +64,7 @@ def check_samples(samples: Samples) -> Iterator[DoctorFinding]:
         yield DoctorFinding("the first images show next to nothing", "check exposure, lens cap and decoder")
 
 
-def _check_sample(sample: Sample, *, needed: bool) -> Iterator[DoctorFinding]:
+def _refusals(sample: Sample, *, needed: bool) -> Iterator[DoctorFinding]:
     name, refusals = sample.topic.name, sample.refusals
     if not (refusals or sample.observations):
         text = f"{name} has no message that can be read" if sample.topic.count else f"{name} has no messages"
@@ -88,15 +91,13 @@ def _check_frame_ids(samples: Samples) -> Iterator[DoctorFinding]:
 
 def check_frames(samples: Samples, extrinsics: Lookup | None) -> tuple[list[str], list[DoctorFinding]]:
     """Make frames of the samples, as a replay would: what the first good one shows, or why there is none."""
-    failure: DataError | None = None
+    findings: list[DoctorFinding] = []
     for frame in _frames(samples, extrinsics):
         if isinstance(frame, Frame):
             return [_describe(frame)], []
-        failure = frame
-    if failure is None:
-        return [], []
-    finding = DoctorFinding.of(failure, "no frame can be made of the first messages", blocks=True)
-    return [], [replace(finding, remedy=_EXTRINSICS_REMEDY) if failure.code == "NO_TF" else finding]
+        finding = DoctorFinding.of(frame, "no frame can be made of the first messages", blocks=True)
+        findings = [replace(finding, remedy=_EXTRINSICS_REMEDY) if frame.code == "NO_TF" else finding]
+    return [], findings
 
 
 def _frames(samples: Samples, extrinsics: Lookup | None) -> Iterator[Frame | DataError]:
@@ -128,30 +129,100 @@ def _describe(frame: Frame) -> str:
     return f"{np.mean(frame.geometry.depth_m > 0):.0%} of the first image's pixels have a point"
 
 
-def check_pairing(forecast: PairingForecast, config: PairingConfig, leader: str, follower: str) -> list[DoctorFinding]:
+@dataclass(frozen=True, slots=True)
+class PairingForecast:
+    """What the replay's own pairing makes of the stamps."""
+
+    leaders: int
+    """Messages of the leading topic: colour images with depth images, scans with points."""
+    followers: int
+    """Messages of the other topic."""
+    paired: int
+    refused: int
+    """Leaders with a zero, duplicate or late stamp."""
+    sessions: int
+    """1, and one more for each jump back in time."""
+    offsets_ns: NDArray[np.int64]
+    """(N,): to each leader's stamp, the nearest one of the other topic minus its own; (0,) without any."""
+
+
+def forecast_pairing(
+    entries: Sequence[StampEntry], leader: str, follower: str, config: PairingConfig
+) -> PairingForecast:
+    """Feed the stamps of two topics to the pairing, as a replay of the same entries would."""
+    pairing: Pairing[int, int] = Pairing(config)
+    add = {leader: pairing.add_first, follower: pairing.add_second}
+    stamps_ns: dict[str, list[int]] = {leader: [], follower: []}
+    pairs: list[SyncedPair[int, int]] = []
+    for entry in (entries[index] for index in stamp_order(entries).tolist()):
+        if entry.topic in add and entry.stamp_ns:
+            stamps_ns[entry.topic].append(entry.stamp_ns)
+            with suppress(DataError):  # a duplicate or late stamp
+                pairs += add[entry.topic](entry.stamp_ns, entry.stamp_ns)
+    pairs += pairing.flush()
+    leaders, followers = (sum(entry.topic == topic for entry in entries) for topic in (leader, follower))
+    return PairingForecast(
+        leaders=leaders,
+        followers=followers,
+        paired=sum(pair.second is not None for pair in pairs),
+        refused=leaders - len(pairs),  # each leader that was taken is in one pair, alone or not
+        sessions=1 + max((pair.loop for pair in pairs), default=0),
+        offsets_ns=_offsets(*(np.sort(np.array(own, np.int64)) for own in stamps_ns.values())),
+    )
+
+
+def _offsets(leading: NDArray[np.int64], following: NDArray[np.int64]) -> NDArray[np.int64]:
+    """To each of the ascending stamps, the nearest of the other ascending ones minus itself."""
+    if not (leading.size and following.size):
+        return np.empty(0, np.int64)
+    after = np.clip(np.searchsorted(following, leading), 0, following.size - 1)
+    candidates = np.stack((following[after], following[np.maximum(after - 1, 0)])) - leading
+    nearest = np.abs(candidates).argmin(axis=0)
+    return np.asarray(candidates[nearest, np.arange(leading.size)], np.int64)
+
+
+def check_pairing(
+    entries: Sequence[StampEntry], choice: TopicChoice, config: PairingConfig
+) -> tuple[list[str], list[DoctorFinding]]:
+    """How the stamps of the chosen sensors fit, in sentences, and why some will not find each other."""
+    leading, following = (choice.image, choice.depth) if choice.points is None else (choice.points, choice.image)
+    assert following is not None, "one of depth and points is chosen"
+    leader, follower = ("colour image", "depth image") if choice.points is None else ("scan", "colour image")
+    chosen = [entry for entry in entries if entry.topic in choice.names]
+    forecast = forecast_pairing(chosen, leading.name, following.name, config)
+    within = f"within {1e3 * config.sync_slop_s:g} ms"
+    fit = [f"{forecast.paired} of {forecast.leaders} {leader}s have a {follower} {within}"]
+    if forecast.offsets_ns.size:
+        fit.append(
+            f"the nearest {follower} is off by {np.median(forecast.offsets_ns) / 1e6:.1f} ms (median), "
+            f"{np.abs(forecast.offsets_ns).max() / 1e6:.1f} ms at most"
+        )
+    if forecast.sessions > 1:
+        fit.append(f"the stamps jump back {forecast.sessions - 1} times: {forecast.sessions} sessions")
+    return fit, list(_unpaired(forecast, leader, follower, within))
+
+
+def _unpaired(forecast: PairingForecast, leader: str, follower: str, within: str) -> Iterator[DoctorFinding]:
     """Stamps that will not find each other."""
     lost = forecast.leaders - forecast.refused - forecast.paired
-    findings = []
     if forecast.refused:
-        findings.append(
-            DoctorFinding(
-                f"{forecast.refused} of {forecast.leaders} {leader}s have a zero or duplicate stamp and are refused",
-                "let the driver fill header.stamp, and look for a second publisher on the topic",
-            )
+        yield DoctorFinding(
+            f"{forecast.refused} of {forecast.leaders} {leader}s have a zero or duplicate stamp and are refused",
+            "let the driver fill header.stamp, and look for a second publisher on the topic",
         )
     if lost and forecast.offsets_ns.size:
-        text = f"{lost} of {forecast.leaders} {leader}s find no {follower} within {1e3 * config.sync_slop_s:g} ms"
-        findings.append(DoctorFinding(text, _pairing_remedy(forecast), blocks=forecast.paired < 2))
+        text = f"{lost} of {forecast.leaders} {leader}s find no {follower} {within}"
+        yield DoctorFinding(text, _pairing_remedy(forecast), blocks=forecast.paired < 2)
     elif forecast.paired < 2:
         text = f"{forecast.paired} {leader}s have a {follower}: there is no motion to find"
-        findings.append(DoctorFinding(text, "record longer", blocks=True))
-    return findings
+        yield DoctorFinding(text, "record longer", blocks=True)
 
 
 def _pairing_remedy(forecast: PairingForecast) -> str:
+    median_s = float(np.median(forecast.offsets_ns)) / 1e9
     typical_s = float(np.percentile(np.abs(forecast.offsets_ns), 95)) / 1e9
-    if np.abs(forecast.offset_ns) > 1e9:
-        return f"the clocks differ by {forecast.offset_ns / 1e9:.3f} s: synchronise them and record again"
+    if abs(median_s) > 1:
+        return f"the clocks differ by {median_s:.3f} s: synchronise them and record again"
     if forecast.paired >= MOSTLY_PAIRED_SHARE * forecast.followers:
         return "the others come at a lower rate, and nearly all of them are used: these are left out"
     if forecast.paired < forecast.leaders / 2 and typical_s < 0.5:

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The few frames of a replay that are worth a look, kept in bounded memory."""
+"""The few frames of a replay that are worth a look: kept in bounded memory, drawn, and said what is to be seen."""
 
 from __future__ import annotations
 
+import string
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -23,72 +24,64 @@ from vigg_ros.pictures import (
     draw_scan,
 )
 from vigg_ros.registration.config import Config
-from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import DepthMap, ProjectedScan
 from vigg_ros.registration.result import Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.visual import Keypoints, match_visual
+from vigg_ros.report.html import Markup, element, image, section
+from vigg_ros.report.series import Axis
+from vigg_ros.report.wording import MEANINGS
 from vigg_ros.tracking.frame_result import Comparison, FrameResult
 
 LOST_MARGIN = -1.0
 """Below the margin of every answered frame."""
 
+PANEL_WIDTH_PX = 480
 
-@dataclass(frozen=True, slots=True)
-class Lines:
-    """N visual matches as they are drawn."""
+INTRODUCTION = (
+    "The frames that were lost, the first of each reason, and those answered frames that came nearest to being "
+    "refused; spread over the recording, and lettered as in the strip of states above. Left is the keyframe that "
+    "the frame was compared with, right the frame. Lines join visual matches: coloured ones agree with the answer, "
+    "and one colour is one direction of motion in the image; grey ones were tried and do not agree. Below an answer "
+    "lie both surfaces as the answer puts them, from above and from the front: the keyframe's blue, the frame's "
+    "orange, dark where they coincide; a double contour would be an error. Below a lost frame are both depth images, "
+    "where there are any; scans are drawn over their images, near points red, far ones blue."
+)
 
-    target_px: NDArray[np.floating]
-    """(N, 2)"""
-    source_px: NDArray[np.floating]
-    """(N, 2)"""
-    agrees: NDArray[np.bool_]
-    """(N,) with the answer."""
 
+def draw_agreement(
+    images: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    keypoints: tuple[Keypoints, Keypoints],
+    outcome: Outcome | None,
+    config: Config,
+    *,
+    panel_width_px: int | None = None,
+) -> Picture:
+    """Target and source with the matches that agree with the answer, as it counted them, coloured.
 
-def lines_of_matches(target: Keypoints, source: Keypoints, outcome: Outcome | None, config: Config) -> Lines:
-    """The matches that agree with the answer, as it counted them, and those of the reduced images that do not."""
+    Grey are those of the reduced images that do not agree.
+    """
+    target, source = keypoints
     matches = match_visual(target, source, config.visual)
     agreeing = np.empty((0, 4), np.float32)
     if isinstance(outcome, Registration):
         agreeing = outcome.visual_inliers_px
         off_m = matches.distances(outcome.T_target_source)
         matches = matches.select(off_m >= config.cliques.inlier_threshold_m)
-    return Lines(
-        np.concatenate((target.pixels[matches.target_row], agreeing[:, :2])),
-        np.concatenate((source.pixels[matches.source_row], agreeing[:, 2:])),
-        np.arange(len(matches) + len(agreeing)) >= len(matches),
-    )
+    target_px = np.concatenate((target.pixels[matches.target_row], agreeing[:, :2]))
+    source_px = np.concatenate((source.pixels[matches.source_row], agreeing[:, 2:]))
+    agrees = np.arange(len(target_px)) >= len(matches)
+    return draw_matches(*images, target_px, source_px, agrees=agrees, panel_width_px=panel_width_px)
 
 
-@dataclass(frozen=True, slots=True)
-class FramePicture:
-    """What is needed of a frame to draw it."""
-
-    image: NDArray[np.uint8]
-    keypoints: Keypoints
-    points: NDArray[np.float32]
-    """(N, 3), the surface, metres, in the frame of the results."""
-    depth_m: NDArray[np.float32] | None
-    """(H, W), metres; None for a scan."""
-    scan: ProjectedScan | None
-    """The scan and its camera; None for a depth image."""
-
-    @classmethod
-    def of(cls, frame: Frame, features: Features) -> FramePicture:
-        """Keeps references, copies nothing."""
-        depth_m = frame.geometry.depth_m if isinstance(frame.geometry, DepthMap) else None
-        scan = frame.geometry if isinstance(frame.geometry, ProjectedScan) else None
-        return cls(frame.image, features.keypoints, features.surface.points, depth_m, scan)
-
-    def draw_scan(self, panel_width_px: int) -> Picture | None:
-        """The points of the scan over the image; None for a depth image."""
-        if self.scan is None:
-            return None
-        rows, pixels = self.scan.visible()
-        depth_m = transform(self.scan.T_camera_points, self.scan.cloud[rows])[:, 2]
-        return draw_scan(self.image, pixels, depth_m, panel_width_px=panel_width_px)
+def draw_scan_of(frame: Frame, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture | None:
+    """The points of a scan over the image of its frame; None for a depth image."""
+    if not isinstance(frame.geometry, ProjectedScan):
+        return None
+    rows, pixels = frame.geometry.visible()
+    depth_m = transform(frame.geometry.T_camera_points, frame.geometry.cloud[rows])[:, 2]
+    return draw_scan(frame.image, pixels, depth_m, panel_width_px=panel_width_px)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +93,8 @@ class PicturedFrame:
     margin: float
     """0 on the verge of refusal, 1 beyond doubt; LOST_MARGIN for a lost frame."""
     result: FrameResult
-    source: FramePicture
-    target: FramePicture | None
-    """The reference keyframe; None where there was none."""
+    compared: Comparison
+    """The frame, and the reference keyframe where there was one."""
 
     @property
     def reason(self) -> Reason | None:
@@ -110,43 +102,35 @@ class PicturedFrame:
         outcome = self.result.outcome
         return outcome.reason if isinstance(outcome, Rejection) else None
 
-    def draw_matches(self, config: Config, *, panel_width_px: int = 480) -> Picture:
+    def draw_matches(self, config: Config, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture:
         """The visual matches, those that agree with the answer coloured; both images, or the one there is."""
-        if self.target is None:
+        source, keyframe = self.compared.features.keypoints, self.compared.keyframe
+        image = self.compared.frame.image
+        if keyframe is None:
             nothing = np.empty((0, 2))
-            image = np.full_like(self.source.image, 255)
-            return draw_matches(image, self.source.image, nothing, nothing, panel_width_px=panel_width_px)
-        lines = lines_of_matches(self.target.keypoints, self.source.keypoints, self.result.outcome, config)
-        return draw_matches(
-            self.target.image,
-            self.source.image,
-            lines.target_px,
-            lines.source_px,
-            agrees=lines.agrees,
-            panel_width_px=panel_width_px,
-        )
+            return draw_matches(np.full_like(image, 255), image, nothing, nothing, panel_width_px=panel_width_px)
+        images, keypoints = (keyframe.frame.image, image), (keyframe.features.keypoints, source)
+        return draw_agreement(images, keypoints, self.result.outcome, config, panel_width_px=panel_width_px)
 
-    def draw_shapes(self, *, panel_width_px: int = 480) -> Picture | None:
+    def draw_shapes(self, *, panel_width_px: int = PANEL_WIDTH_PX) -> Picture | None:
         """Answered: both surfaces as the answer lays them; lost: both depth images, if there are any."""
-        if self.target is None:
+        frame, keyframe = self.compared.frame, self.compared.keyframe
+        if keyframe is None:
             return None
         if isinstance(self.result.outcome, Registration):
-            axes = BODY_AXES if self.source.depth_m is None else OPTICAL_AXES
-            moved = transform(self.result.outcome.T_target_source, self.source.points)
-            return draw_aligned(self.target.points, moved, axes=axes, panel_width_px=panel_width_px)
-        if self.target.depth_m is None or self.source.depth_m is None:
-            return None
-        return beside(
-            draw_depth(self.target.depth_m, panel_width_px=panel_width_px),
-            draw_depth(self.source.depth_m, panel_width_px=panel_width_px),
-        )
+            axes = OPTICAL_AXES if isinstance(frame.geometry, DepthMap) else BODY_AXES
+            moved = transform(self.result.outcome.T_target_source, self.compared.features.surface.points)
+            return draw_aligned(keyframe.features.surface.points, moved, axes=axes, panel_width_px=panel_width_px)
+        maps = (one.geometry for one in (keyframe.frame, frame) if isinstance(one.geometry, DepthMap))
+        depths = [draw_depth(one.depth_m, panel_width_px=panel_width_px) for one in maps]
+        return beside(*depths) if depths else None
 
-    def draw_scans(self, *, panel_width_px: int = 480) -> Picture | None:
+    def draw_scans(self) -> Picture | None:
         """Both scans over their images; None for depth images."""
-        if self.target is None:
-            return self.source.draw_scan(panel_width_px)
-        left, right = self.target.draw_scan(panel_width_px), self.source.draw_scan(panel_width_px)
-        return None if left is None or right is None else beside(left, right)
+        keyframe = self.compared.keyframe
+        frames = [self.compared.frame] if keyframe is None else [keyframe.frame, self.compared.frame]
+        scans = [scan for scan in map(draw_scan_of, frames) if scan is not None]
+        return beside(*scans) if len(scans) > 1 else next(iter(scans), None)
 
 
 class Gallery:
@@ -173,7 +157,10 @@ class Gallery:
         self._offered += 1
         if result.outcome is None or result.compared is None:
             return
-        self._kept = _worst([*self._kept, _pictured(index, result, result.compared, self.config)], self._stretch)
+        found = isinstance(result.outcome, Registration)
+        margin = answer_margin(result.outcome.evidence, self.config) if found else LOST_MARGIN
+        pictured = PicturedFrame(index, margin, result, result.compared)
+        self._kept = _worst([*self._kept, pictured], self._stretch)
         while len(self._kept) > self._capacity:
             self._stretch *= 2
             self._kept = _worst(self._kept, self._stretch)
@@ -210,9 +197,47 @@ def _worst(pictured: Sequence[PicturedFrame], stretch: int) -> list[PicturedFram
     return sorted(worst.values(), key=lambda pictured: pictured.index)
 
 
-def _pictured(index: int, result: FrameResult, compared: Comparison, config: Config) -> PicturedFrame:
-    keyframe, outcome = compared.keyframe, result.outcome
-    target = None if keyframe is None else FramePicture.of(keyframe.frame, keyframe.features)
-    margin = answer_margin(outcome.evidence, config) if isinstance(outcome, Registration) else LOST_MARGIN
-    source = FramePicture.of(compared.frame, compared.features)
-    return PicturedFrame(index, margin, replace(result, compared=None), source, target)
+def locate(gallery: Gallery, frames: Sequence[FrameResult]) -> list[tuple[int, str, PicturedFrame]]:
+    """Each pictured frame with its place in the recording, and its letter."""
+    places = [place for place, record in enumerate(frames) if record.state.was_registered]
+    found = [(places[pictured.index], pictured) for pictured in gallery.pictured if pictured.index < len(places)]
+    return [(place, letter, pictured) for letter, (place, pictured) in zip(string.ascii_uppercase, found, strict=False)]
+
+
+def pictured_section(gallery: Gallery, frames: Sequence[FrameResult], axis: Axis) -> Markup:
+    """All of them with their pictures; empty if there are none."""
+    located = locate(gallery, frames)
+    if not located:
+        return Markup()
+    shown = (_show(pictured, letter, axis.place(place), gallery) for place, letter, pictured in located)
+    return section("Frames worth a look", element("p", INTRODUCTION, class_="faint"), *shown)
+
+
+def _show(pictured: PicturedFrame, letter: str, place: str, gallery: Gallery) -> Markup:
+    title = f"{letter} \N{MIDDLE DOT} {place} \N{MIDDLE DOT} {pictured.result.state.value.lower()}"
+    if pictured.reason is not None:
+        title += f": {pictured.reason.value}"
+    drawn = (
+        (pictured.draw_matches(gallery.config), f"matches of frame {letter}"),
+        (pictured.draw_scans(), f"scans of frame {letter} over their images"),
+        (pictured.draw_shapes(), f"surfaces of frame {letter}"),
+    )
+    pictures = (image(picture, said) for picture, said in drawn if picture is not None)
+    return element("div", element("h3", title), element("p", caption(pictured)), *pictures, class_="frame")
+
+
+def caption(pictured: PicturedFrame) -> str:
+    """What came of the frame, and by which evidence."""
+    outcome = pictured.result.outcome
+    assert outcome is not None, "the gallery keeps no frame that starts a session"
+    evidence = outcome.evidence
+    against = f"Compared with keyframe {pictured.result.keyframe_id}."
+    if isinstance(outcome, Rejection):
+        against = "There was no keyframe yet." if pictured.compared.keyframe is None else against
+        return f"{MEANINGS[outcome.reason.value]} In figures: {outcome.message}. {against}"
+    return (
+        f"{against} {evidence.visual_inliers} of {evidence.visual_matches} visual and "
+        f"{evidence.geometric_inliers} of {evidence.geometric_matches} geometric matches agree with the answer. "
+        f"{evidence.overlap:.0%} of the surfaces coincide; of what both should see, {evidence.consistency:.0%} does. "
+        f"Along their normals they lie {1000 * evidence.rmse_m:.1f} mm apart (rmse)."
+    )

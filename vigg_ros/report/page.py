@@ -4,98 +4,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vigg_ros.report import wording
+from vigg_ros.report import plots, wording
 from vigg_ros.report.accuracy import TrajectoryMetrics
-from vigg_ros.report.gallery import Gallery
-from vigg_ros.report.html import Markup, element, page, plot, section
-from vigg_ros.report.pictured_frames import locate, pictured_section
+from vigg_ros.report.gallery import Gallery, locate, pictured_section
+from vigg_ros.report.html import Markup, element, page, plot, section, tile
 from vigg_ros.report.recording import Recording
-from vigg_ros.report.routes import find_routes, frame_errors
-from vigg_ros.report.series import Axis, evidence_series, time_axis, totals_ms
+from vigg_ros.report.series import Axis, evidence_series, find_routes, frame_errors, time_axis, totals_ms
 from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT
+from vigg_ros.tracking.frame_result import FrameResult
 
 MAX_MAPS = 4
 """Sessions of which a map is drawn."""
 
 
-@dataclass(frozen=True, slots=True)
-class Content:
-    """What the sections are written from."""
-
-    recording: Recording
-    metrics: TrajectoryMetrics | None
-    gallery: Gallery
-    run_info: Mapping[str, Any]
-    axis: Axis
-
-
 def write_report(
-    recording: Recording,
-    metrics: TrajectoryMetrics | None,
-    gallery: Gallery,
-    run_info: Mapping[str, Any],
-    path: Path,
+    recording: Recording, metrics: TrajectoryMetrics | None, gallery: Gallery, run_info: Mapping[str, Any], path: Path
 ) -> None:
     """Write the report; metrics are None without truth.
 
     ``run_info`` is what run.json holds: its ``processor``, ``cores`` and ``system`` name the machine, the
     rest is listed as it is.
     """
-    content = Content(recording, metrics, gallery, run_info, time_axis(recording.frames))
-    parts = [_header(content)]
-    if recording.frames:
-        parts += [_states(content), _unanswered(content), _routes(content), _errors(content)]
-        parts += [_evidence(content), _times(content)]
-        parts += [pictured_section(gallery, recording.frames, content.axis)]
-    parts += [_notes(content), _run(content)]
+    frames, axis = recording.frames, time_axis(recording.frames)
+    parts = [_header(recording, metrics, run_info)]
+    if frames:
+        parts += [_states(frames, gallery, axis), wording.unanswered_section(recording, axis)]
+        parts += [_routes(recording, metrics, axis), _errors(recording, metrics, axis), _evidence(frames, axis)]
+        parts += [_times(frames, run_info), pictured_section(gallery, frames, axis)]
+    parts += [wording.notes_section(recording)]
+    parts += [section("Run", wording.changes_table(gallery.config), wording.run_table(run_info))]
     path.write_text(page(f"Replay of {recording.name}", *parts), encoding="utf-8")
 
 
-def _header(content: Content) -> Markup:
-    recording, metrics = content.recording, content.metrics
-    tiles = [
-        wording.coverage_tile(recording),
-        *wording.accuracy_tiles(recording, metrics),
-        wording.time_tile(recording, content.run_info),
-    ]
-    return element(
-        "header",
-        element("h1", f"Replay of {recording.name}"),
-        wording.lead(recording, metrics),
-        element("div", *tiles, class_="tiles"),
-    )
+def _header(recording: Recording, metrics: TrajectoryMetrics | None, run_info: Mapping[str, Any]) -> Markup:
+    tiles = (tile(*figure) for figure in wording.key_figures(recording, metrics, run_info))
+    title = element("h1", f"Replay of {recording.name}")
+    return element("header", title, wording.lead(recording, metrics), element("div", *tiles, class_="tiles"))
 
 
-def _states(content: Content) -> Markup:
-    from vigg_ros.report import plots  # matplotlib takes a second to load
-
-    frames, axis = content.recording.frames, content.axis
-    marks = [(place, letter) for place, letter, _ in locate(content.gallery, frames)]
-    svg = plots.as_svg(plots.plot_states(frames, axis, marks), "states")
+def _states(frames: Sequence[FrameResult], gallery: Gallery, axis: Axis) -> Markup:
+    marks = [(place, letter) for place, letter, _ in locate(gallery, frames)]
     keys = ("tracking", "relocalised", "lost", "refused")
     legend = [Markup(element("span", class_=f"key {key}") + key) for key in keys]
     caption = element("span", *legend, ". Ticks below: new keyframes. Letters: frames that are pictured at the end.")
-    return section("What became of the frames", plot(svg, caption))
+    return section("What became of the frames", plot(plots.plot_states(frames, axis, marks), caption))
 
 
-def _unanswered(content: Content) -> Markup:
-    recording = content.recording
-    if len(recording.answered) == len(recording.frames):
-        return Markup()
-    return section("Frames without a pose", wording.unanswered_table(recording, content.axis))
-
-
-def _routes(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
-    routes = find_routes(content.recording, content.metrics)
+def _routes(recording: Recording, metrics: TrajectoryMetrics | None, axis: Axis) -> Markup:
+    routes = find_routes(recording, metrics)
     if not routes:
         return Markup()
     shown = routes[:MAX_MAPS]
@@ -106,19 +68,15 @@ def _routes(content: Content) -> Markup:
     if len(shown) < len(routes):
         said += f"The {len(shown)} longest of {len(routes)} sessions. "
     if any(not np.isnan(route.truth).all() for route in shown):
-        assert content.metrics is not None, "there is no truth without metrics"
-        said += f"The truth is laid onto the estimate by {content.metrics.pooled.alignment}."
-    return section("Where the sensor went", plot(plots.as_svg(plots.plot_routes(shown, content.axis), "routes"), said))
+        assert metrics is not None, "there is no truth without metrics"
+        said += f"The truth is laid onto the estimate by {metrics.pooled.alignment}."
+    return section("Where the sensor went", plot(plots.plot_routes(shown, axis), said))
 
 
-def _errors(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
-    recording, metrics = content.recording, content.metrics
+def _errors(recording: Recording, metrics: TrajectoryMetrics | None, axis: Axis) -> Markup:
     if metrics is None or not metrics.pooled.compared:
         return Markup()
-    errors = frame_errors(recording, metrics)
-    svg = plots.as_svg(plots.plot_errors(errors, recording.frames, content.axis), "errors")
+    svg = plots.plot_errors(frame_errors(recording, metrics), recording.frames, axis)
     said = (
         f"Error of each of the {metrics.pooled.compared} compared frames: positions after {metrics.pooled.alignment}; "
         f"rotations with {ROTATION_ALIGNMENT}. Red: no pose."
@@ -126,42 +84,24 @@ def _errors(content: Content) -> Markup:
     return section("Errors", plot(svg, said))
 
 
-def _evidence(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
-    frames = content.recording.frames
+def _evidence(frames: Sequence[FrameResult], axis: Axis) -> Markup:
     if np.isnan(evidence_series(frames, "overlap")).all():
         return Markup()
-    svg = plots.as_svg(plots.plot_evidence(frames, content.axis), "evidence")
     said = (
         "Overlap: share of both surfaces that coincides with the keyframe's. Consistency: coinciding share of what "
         "both should see. Inliers: matches that agree with the answer. Overlap falls as the sensor moves away from "
         "its keyframe and jumps up at a new one. Red: no pose; crosses: evidence for the best motion, not enough."
     )
-    return section("Evidence", plot(svg, said))
+    return section("Evidence", plot(plots.plot_evidence(frames, axis), said))
 
 
-def _times(content: Content) -> Markup:
-    from vigg_ros.report import plots
-
-    frames = content.recording.frames
-    if len(totals_ms(frames)) == 0:
+def _times(frames: Sequence[FrameResult], run_info: Mapping[str, Any]) -> Markup:
+    timed = len(totals_ms(frames))
+    if not timed:
         return Markup()
     said = (
-        f"Median (bar) and 95th percentile (tick) of {len(totals_ms(frames))} frames on: "
-        f"{wording.machine(content.run_info)}. Without decoding and pairing. Medians of stages do not add up to "
+        f"Median (bar) and 95th percentile (tick) of {timed} frames on: "
+        f"{wording.machine(run_info)}. Without decoding and pairing. Medians of stages do not add up to "
         "the median of their sum; stages that run side by side count in full."
     )
-    return section("Time", plot(plots.as_svg(plots.plot_times(frames), "times"), said))
-
-
-def _notes(content: Content) -> Markup:
-    recording = content.recording
-    parts = [wording.note_list(recording)]
-    if recording.refused:
-        parts.append(wording.refused_table(recording))
-    return section("Notes", *parts) if any(parts) else Markup()
-
-
-def _run(content: Content) -> Markup:
-    return section("Run", wording.changes_table(content.gallery.config), wording.run_table(content.run_info))
+    return section("Time", plot(plots.plot_times(frames), said))

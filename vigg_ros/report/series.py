@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording as series over time, for plots of a bounded size."""
+"""A recording as series over time and ways in space: what the plots of a bounded size show."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.report.recording import is_refused
+from vigg_ros.registration.rigid import inverse
+from vigg_ros.report.accuracy import TrajectoryMetrics
+from vigg_ros.report.recording import Recording, true_trajectory
+from vigg_ros.report.trajectory import Alignment, Trajectory, interpolate
 from vigg_ros.tracking.frame_result import FrameResult, State
 
 STRIP_COLUMNS = 800
@@ -19,13 +22,7 @@ STRIP_COLUMNS = 800
 NO_FRAME, TRACKING, RELOCALISED, REFUSED, LOST = range(5)
 """What a column shows; where several frames share it, the one that matters most."""
 
-_KINDS = {
-    State.STARTED: TRACKING,
-    State.TRACKING: TRACKING,
-    State.RELOCALISED: RELOCALISED,
-    State.REFUSED: REFUSED,
-    State.LOST: LOST,
-}
+_KINDS = {State.RELOCALISED: RELOCALISED, State.REFUSED: REFUSED, State.LOST: LOST}
 
 LONG_GAP = 5.0
 """A frame stands for the time to the next one, but not for more than so many usual intervals."""
@@ -33,7 +30,7 @@ LONG_GAP = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """Where each frame (N,) stands on the axis of time."""
+    """Where each frame (N,), at least one, stands on the axis of time."""
 
     values: NDArray[np.float64]
     is_time: bool
@@ -42,8 +39,6 @@ class Axis:
     @property
     def range(self) -> tuple[float, float]:
         """From the first frame to the end of the last one."""
-        if len(self.values) == 0:
-            return 0.0, 1.0
         return float(self.values[0]), float(self.values[-1]) + self.step
 
     def place(self, frame: int) -> str:
@@ -70,7 +65,7 @@ def time_axis(frames: Sequence[FrameResult]) -> Axis:
     it lies between those of the frames around it, or as near to the first or last as their number allows.
     """
     stamps = np.array([record.stamp_ns for record in frames], np.int64)
-    good = np.array([not is_refused(record) for record in frames], bool)
+    good = np.array([record.state is not State.REFUSED for record in frames], bool)
     if not good.any() or (np.diff(stamps[good]) < 0).any():
         return Axis(np.arange(len(frames), dtype=np.float64), is_time=False)
     rows = np.flatnonzero(good)
@@ -86,15 +81,13 @@ def time_axis(frames: Sequence[FrameResult]) -> Axis:
 def state_columns(frames: Sequence[FrameResult], axis: Axis) -> NDArray[np.int64]:
     """What each of STRIP_COLUMNS equal parts of the axis shows, NO_FRAME to LOST."""
     columns = np.zeros(STRIP_COLUMNS, np.int64)
-    if not frames:
-        return columns
     start, end = axis.range
     ends = np.minimum(np.append(axis.values[1:], end), axis.values + LONG_GAP * axis.step)
     scale = STRIP_COLUMNS / (end - start)
     first = np.minimum(((axis.values - start) * scale).astype(int), STRIP_COLUMNS - 1)
     last = np.maximum(((ends - start) * scale).astype(int), first + 1)
     for record, a, b in zip(frames, first, last, strict=True):
-        columns[a:b] = np.maximum(columns[a:b], _KINDS[record.state])
+        columns[a:b] = np.maximum(columns[a:b], _KINDS.get(record.state, TRACKING))
     return columns
 
 
@@ -114,8 +107,7 @@ def evidence_series(frames: Sequence[FrameResult], name: str) -> NDArray[np.floa
 
 def positions(frames: Sequence[FrameResult]) -> NDArray[np.float64]:
     """Positions (N, 3), metres, in the odometry frame of each one's session; NaN for unanswered frames."""
-    nowhere = np.full(3, np.nan)
-    rows = [nowhere if r.T_odom_frame is None else r.T_odom_frame[:3, 3] for r in frames]
+    rows = [np.full(3, np.nan) if r.T_odom_frame is None else r.T_odom_frame[:3, 3] for r in frames]
     return np.array(rows).reshape(-1, 3)
 
 
@@ -129,3 +121,74 @@ def stage_times_ms(frames: Sequence[FrameResult]) -> dict[str, NDArray[np.float6
     timed = [record.timings_ms for record in frames if record.timings_ms]
     stages = dict.fromkeys(stage for timings_ms in timed for stage in timings_ms)
     return {stage: np.array([timings_ms.get(stage, 0.0) for timings_ms in timed]) for stage in stages}
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """One session's way, all in its odometry frame, metres."""
+
+    session: int
+    at: NDArray[np.float64]
+    """(N,) of each frame, on the axis of time."""
+    estimate: NDArray[np.float64]
+    """(N, 3), NaN where there was no answer."""
+    truth: NDArray[np.float64]
+    """(N, 3), aligned, NaN where it is not known."""
+    keyframes: NDArray[np.bool_]
+    """(N,)"""
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """(N,) frames without an answer of which the true position is known."""
+        return np.isnan(self.estimate[:, 0]) & ~np.isnan(self.truth[:, 0])
+
+
+def find_routes(recording: Recording, metrics: TrajectoryMetrics | None) -> list[Route]:
+    """The routes of the sessions that have an answered frame, the longest first."""
+    axis = time_axis(recording.frames)
+    truth = true_trajectory(recording.truth)
+    alignments = {one.session: one.alignment for one in metrics.sessions} if metrics is not None else {}
+    found = []
+    for session in sorted({record.session for record in recording.answered}):
+        rows = [row for row, record in enumerate(recording.frames) if record.session == session]
+        frames = [recording.frames[row] for row in rows]
+        known = _true_positions(frames, truth, alignments.get(session))
+        keyframes = np.array([record.new_keyframe for record in frames])
+        found.append(Route(session, axis.values[rows], positions(frames), known, keyframes))
+    return sorted(found, key=lambda route: -np.count_nonzero(~np.isnan(route.estimate[:, 0])))
+
+
+def frame_errors(recording: Recording, metrics: TrajectoryMetrics) -> NDArray[np.float64]:
+    """Translation error (m) and rotation error (deg) after alignment (N, 2); NaN for frames not compared."""
+    known = {}
+    for one in metrics.sessions:
+        errors = one.accuracy.absolute
+        for stamp_ns, *pair in zip(errors.stamps_ns, errors.translation_m, errors.rotation_deg, strict=True):
+            known[one.session, int(stamp_ns)] = pair
+    unknown = [np.nan, np.nan]
+    rows = [known.get((r.session, r.stamp_ns), unknown) if r.has_pose else unknown for r in recording.frames]
+    return np.array(rows).reshape(-1, 2)
+
+
+def choose_plan(points: NDArray[np.float64]) -> tuple[int, int, int]:
+    """The axes to the right and upwards of a map, and the axis out of it: the one with the least extent.
+
+    Of equal ones y: in a camera's frame it points down.
+    """
+    known = points[~np.isnan(points).any(axis=1)]
+    extent = np.ptp(known, axis=0) if len(known) else np.zeros(3)
+    height = min((1, 2, 0), key=lambda axis: float(extent[axis]))
+    right, up = (axis for axis in range(3) if axis != height)
+    return right, up, height
+
+
+def _true_positions(
+    frames: Sequence[FrameResult], truth: Trajectory, alignment: Alignment | None
+) -> NDArray[np.float64]:
+    """True positions (N, 3) of frames in the odometry frame; NaN where they are not known."""
+    stamps_ns, place = np.unique([record.stamp_ns for record in frames], return_inverse=True)
+    at_stamps = np.full((len(stamps_ns), 3), np.nan)
+    if alignment is not None:
+        found, known = interpolate(truth.moved(inverse(alignment.T_truth_estimate)), stamps_ns)
+        at_stamps[known] = found.positions
+    return at_stamps[place]

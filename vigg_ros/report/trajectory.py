@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ MAX_GAP_INTERVALS = 1.5
 
 MAX_GAP_RANGE_NS = (100_000_000, 500_000_000)
 """Within the least, a hand does not get far whatever the rate; beyond the most, a sensor may have been anywhere."""
+
+BY_POSITIONS = "SE(3) alignment of the positions, without scale"
+BY_ORIENTATIONS = "SE(3) alignment by the orientations (the positions lie on a line), without scale"
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,14 +133,8 @@ class Alignment:
 
     T_truth_estimate: NDArray[np.float64]
     """(4, 4): p in the truth's world from p in the estimate's world."""
-    method: Literal["positions", "orientations"]
-
-    @property
-    def words(self) -> str:
-        """For the sentence "after ...", wherever an aligned figure is given."""
-        if self.method == "positions":
-            return "SE(3) alignment of the positions, without scale"
-        return "SE(3) alignment by the orientations (the positions lie on a line), without scale"
+    words: str
+    """For the sentence "after ...", wherever an aligned figure is given."""
 
 
 def align(truth: Trajectory, estimate: Trajectory) -> Alignment:
@@ -150,12 +147,12 @@ def align(truth: Trajectory, estimate: Trajectory) -> Alignment:
     weight = np.ones(len(truth))
     T_truth_estimate, determined = weighted_svd(truth.positions, estimate.positions, weight)
     if determined:
-        return Alignment(T_truth_estimate, "positions")
+        return Alignment(T_truth_estimate, BY_POSITIONS)
     R = mean_rotation(truth, estimate)
     T_truth_estimate = np.eye(4)
     T_truth_estimate[:3, :3] = R
     T_truth_estimate[:3, 3] = truth.positions.mean(axis=0) - R @ estimate.positions.mean(axis=0)
-    return Alignment(T_truth_estimate, "orientations")
+    return Alignment(T_truth_estimate, BY_ORIENTATIONS)
 
 
 def mean_rotation(truth: Trajectory, estimate: Trajectory) -> NDArray[np.float64]:

@@ -77,11 +77,9 @@ class PoseErrors:
     @classmethod
     def pool(cls, parts: Sequence[PoseErrors]) -> PoseErrors:
         """All errors of several sessions, none weighted."""
-        return cls(
-            np.concatenate([np.empty(0, np.int64), *(part.stamps_ns for part in parts)]),
-            np.concatenate([np.empty(0), *(part.translation_m for part in parts)]),
-            np.concatenate([np.empty(0), *(part.rotation_deg for part in parts)]),
-        )
+        nothing = cls(np.empty(0, np.int64), np.empty(0), np.empty(0))
+        names = ("stamps_ns", "translation_m", "rotation_deg")
+        return cls(*(np.concatenate([getattr(part, name) for part in (nothing, *parts)]) for name in names))
 
     def as_dict(self) -> dict[str, Any]:
         """For metrics.json."""

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,9 +13,8 @@ import numpy as np
 from vigg_ros.acceptance.checks import EXPLANATIONS
 from vigg_ros.registration.config import PRESETS, Config
 from vigg_ros.report.accuracy import TrajectoryMetrics
-from vigg_ros.report.ground_truth import truth_frame_note, why_no_errors
-from vigg_ros.report.html import Markup, element, table, tile
-from vigg_ros.report.recording import Recording
+from vigg_ros.report.html import Markup, element, section, table
+from vigg_ros.report.recording import Recording, truth_frame_note, why_no_errors
 from vigg_ros.report.series import Axis, totals_ms
 from vigg_ros.report.trajectory_errors import ROTATION_ALIGNMENT, PoseErrors, Spread
 from vigg_ros.tracking.frame_result import State
@@ -30,65 +30,83 @@ def lead(recording: Recording, metrics: TrajectoryMetrics | None) -> Markup:
     said = f"{answered} of {received} {recording.leaders} got a pose ({recording.coverage:.1%})."
     if not answered:
         said += " There is no trajectory."
-    elif metrics is None:
-        said += " The recording holds no ground truth, so nothing is known of their errors."
-    elif not metrics.pooled.compared:
+    elif metrics is None or not metrics.pooled.compared:
         said += f" Nothing is known of their errors: {why_no_errors(recording)}."
     else:
         ate = Spread.of(metrics.pooled.absolute.translation_m)
-        said += (
-            f" Compared with the truth over {ate.count} of them, positions are off by {length(ate.rmse)} rmse "
-            f"(median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}), "
-            f"after {metrics.pooled.alignment}."
-        )
+        said += f" Compared with the truth over {ate.count} of them, positions are off by {length(ate.rmse)} rmse "
+        said += f"after {metrics.pooled.alignment}."
     return element("p", said, class_="lead")
 
 
-def coverage_tile(recording: Recording) -> Markup:
-    """Frames answered over frames received."""
-    lost = sum(record.state is State.LOST for record in recording.frames)
-    refused = sum(record.state is State.REFUSED for record in recording.frames)
-    said = f"of {len(recording.frames)} {recording.leaders} received; {lost} lost, {refused} refused"
-    return tile("answered", f"{recording.coverage:.1%}", said)
+def summary_table(recording: Recording, metrics: TrajectoryMetrics | None, run_info: Mapping[str, Any]) -> str:
+    """What was replayed and how, and its key figures, as aligned text."""
+    reasons = Counter(f"{record.state.value} {record.reason}" for record in recording.frames if not record.has_pose)
+    unanswered = ", ".join(f"{reason}: {count}" for reason, count in reasons.most_common())
+    rows = {"recording": recording.name, "configuration": str(run_info.get("configuration", ""))}
+    rows |= {title: f"{figure}: {said}" for title, figure, said in key_figures(recording, metrics, run_info)}
+    rows |= {"without a pose": unanswered} if unanswered else {}
+    rows |= {"aligned": metrics.pooled.alignment} if metrics is not None and metrics.pooled.compared else {}
+    return table_text({**rows, "keyframes": str(_keyframes(recording))})
 
 
-def accuracy_tiles(recording: Recording, metrics: TrajectoryMetrics | None) -> list[Markup]:
-    """Absolute and relative errors and drift, as far as they are known."""
-    if metrics is None or not metrics.pooled.compared:
-        return [tile("accuracy", "unknown", why_no_errors(recording))]
-    accuracy = metrics.pooled
-    ate = Spread.of(accuracy.absolute.translation_m)
-    turned = Spread.of(accuracy.absolute.rotation_deg)
-    tiles = [
-        tile(
-            "ATE",
-            length(ate.rmse),
-            f"rmse over {ate.count} frames, aligned; rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}",
-        )
+def table_text(rows: Mapping[str, str]) -> str:
+    """Names and what is said of them, as aligned text."""
+    width = max(map(len, rows))
+    return "\n".join(f"{name:<{width}}  {text}" for name, text in rows.items())
+
+
+def key_figures(
+    recording: Recording, metrics: TrajectoryMetrics | None, run_info: Mapping[str, Any]
+) -> list[tuple[str, str, str]]:
+    """Coverage, accuracy as far as it is known, and time per frame: each a title, the figure, and what it means."""
+    lost, refused = (sum(one.state is state for one in recording.frames) for state in (State.LOST, State.REFUSED))
+    answered = f"{len(recording.answered)} of {len(recording.frames)} {recording.leaders} received"
+    return [
+        ("frames answered", f"{recording.coverage:.1%}", f"{answered}; {lost} lost, {refused} refused"),
+        *_accuracy(recording, metrics),
+        ("time per frame", *_time(recording, run_info)),
     ]
-    for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE frame to frame", accuracy.consecutive)):
+
+
+def _accuracy(recording: Recording, metrics: TrajectoryMetrics | None) -> list[tuple[str, str, str]]:
+    """Absolute and relative errors and drift."""
+    if metrics is None or not metrics.pooled.compared:
+        return [("accuracy", "unknown", why_no_errors(recording))]
+    accuracy = metrics.pooled
+    ate, turned = Spread.of(accuracy.absolute.translation_m), Spread.of(accuracy.absolute.rotation_deg)
+    positions = f"median {length(ate.median)}, p95 {length(ate.p95)}, max {length(ate.maximum)}"
+    rotations = f"rotations {angle(turned.median)} median, {ROTATION_ALIGNMENT}"
+    figures = [("ATE", f"{length(ate.rmse)} rmse", f"over {ate.count} frames, aligned; {positions}; {rotations}")]
+    for title, errors in (("RPE over 1 s", accuracy.per_second), ("RPE per frame", accuracy.consecutive)):
         if len(errors.stamps_ns):
-            tiles.append(tile(title, *_relative(errors)))
+            figures.append((title, *_relative(errors)))
     if np.isfinite(accuracy.drift_percent):
-        said = f"of the path: {length(accuracy.end_error_m)} off at the end of {length(accuracy.path_m)}"
-        tiles.append(tile("drift", f"{accuracy.drift_percent:.2f} %", said))
-    return tiles
+        said = f"{length(accuracy.end_error_m)} off at the end of {length(accuracy.path_m)}"
+        figures.append(("drift", f"{accuracy.drift_percent:.2f} % of the path", said))
+    return figures
 
 
 def _relative(errors: PoseErrors) -> tuple[str, str]:
     moved, turned = Spread.of(errors.translation_m), Spread.of(errors.rotation_deg)
     pairs = f"{moved.count} {'pair' if moved.count == 1 else 'pairs'}"
-    said = f"and {angle(turned.median)} median; p95 {length(moved.p95)} and {angle(turned.p95)}; {pairs}"
-    return length(moved.median), said
+    said = f"median; p95 {length(moved.p95)} and {angle(turned.p95)}; {pairs}"
+    return f"{length(moved.median)} and {angle(turned.median)}", said
 
 
-def time_tile(recording: Recording, run_info: Mapping[str, Any]) -> Markup:
-    """Time per frame, and the machine that it was taken on."""
+def _time(recording: Recording, run_info: Mapping[str, Any]) -> tuple[str, str]:
+    """The time that a frame takes, and the machine that it was taken on."""
     totals = totals_ms(recording.frames)
     if len(totals) == 0:
-        return tile("time per frame", "unknown", "no frame was processed")
+        return "unknown", "no frame was processed"
     median_ms, p95_ms = np.percentile(totals, (50, 95))
-    return tile("time per frame", f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}")
+    return f"{median_ms:.0f} ms", f"median; p95 {p95_ms:.0f} ms; {machine(run_info)}"
+
+
+def _keyframes(recording: Recording) -> int:
+    """Those that were taken at once, and those that a later frame needed."""
+    used = {(record.session, record.keyframe_stamp_ns) for record in recording.frames if record.keyframe_stamp_ns}
+    return len(used | {(record.session, record.stamp_ns) for record in recording.frames if record.new_keyframe})
 
 
 def machine(run_info: Mapping[str, Any]) -> str:
@@ -98,8 +116,8 @@ def machine(run_info: Mapping[str, Any]) -> str:
     return ", ".join(str(part) for part in parts if part) or "a machine that was not named"
 
 
-def unanswered_table(recording: Recording, axis: Axis) -> Markup:
-    """Why frames got no pose: how often, where first, what that means, and what was said."""
+def unanswered_section(recording: Recording, axis: Axis) -> Markup:
+    """Why frames got no pose: how often, where first, what that means, and what was said; empty if all did."""
     groups: dict[tuple[str, str], list[int]] = {}
     for place, record in enumerate(recording.frames):
         if not record.has_pose:
@@ -114,23 +132,21 @@ def unanswered_table(recording: Recording, axis: Axis) -> Markup:
         said = recording.frames[places[0]].message
         rows.append((element("b", reason or state), state.lower(), count, axis.place(places[0]), meaning, said))
     heading = ("reason", "", "frames", "first at", "what it means", "what was said of the first")
-    return table(heading, rows, narrow=True)
+    return section("Frames without a pose", table(heading, rows, narrow=True)) if rows else Markup()
 
 
-def refused_table(recording: Recording) -> Markup:
-    """Refused messages of all topics, by code."""
-    return table(("refused messages of all topics", "how many"), recording.refused.most_common())
-
-
-def note_list(recording: Recording) -> Markup:
-    """What a user should know; empty if there is nothing."""
+def notes_section(recording: Recording) -> Markup:
+    """What a user should know, and refused messages of all topics by code; empty if there is nothing."""
     notes = [note for note in (*recording.notes, truth_frame_note(recording)) if note]
-    return element("ul", *(element("li", note) for note in notes)) if notes else Markup()
+    parts = [element("ul", *(element("li", note) for note in notes))] if notes else []
+    if recording.refused:
+        parts.append(table(("refused messages of all topics", "how many"), recording.refused.most_common()))
+    return section("Notes", *parts) if parts else Markup()
 
 
 def run_table(run_info: Mapping[str, Any]) -> Markup:
     """Everything that run.json says."""
-    return table(("run", ""), [(name.replace("_", " "), _plain(value)) for name, value in run_info.items()])
+    return table(("run", ""), [(name.replace("_", " "), value) for name, value in run_info.items()])
 
 
 def changes_table(config: Config) -> Markup:
@@ -162,8 +178,4 @@ def length(metres: float) -> str:
 
 def angle(deg: float) -> str:
     """An angle of an error, to two digits."""
-    return f"{deg:.2g}\N{DEGREE SIGN}" if deg >= 1e-3 else "under 0.001\N{DEGREE SIGN}"
-
-
-def _plain(value: Any) -> str:
-    return " ".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+    return f"{deg:.2g} deg" if deg >= 1e-3 else "under 0.001 deg"

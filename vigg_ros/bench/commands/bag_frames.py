@@ -6,24 +6,21 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from vigg_ros.bags.reader import BagReader
-from vigg_ros.bags.topics import TopicChoice, choose_topics
+from vigg_ros.bags.topics import choose_topics
 from vigg_ros.bench.commands.benchmark import read_frames
 from vigg_ros.bench.frame_cache import LoadedFrame
 from vigg_ros.bench.pairs import PosedFrame
-from vigg_ros.cli.bag_input import find_extrinsics, read_truth, requested_topics
+from vigg_ros.cli.bag_input import find_extrinsics, find_truth, requested_topics
 from vigg_ros.cli.console import UsageError
 from vigg_ros.pipeline import Pipeline
-from vigg_ros.registration import Config, DataError
+from vigg_ros.registration import Config
 from vigg_ros.report.bag_messages import read_messages
-from vigg_ros.report.ground_truth import true_trajectory
-from vigg_ros.report.trajectory import Trajectory, interpolate
-from vigg_ros.sensors.stamped_pose import decode_pose
+from vigg_ros.report.trajectory import interpolate
 
 
 def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callable[[int], bool]) -> list[PosedFrame]:
@@ -34,7 +31,9 @@ def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callabl
     with BagReader(Path(arguments.folder)) as reader:
         choice = choose_topics(reader.topics, requested_topics(arguments), encodings=reader.encodings())
         extrinsics = None if choice.points is None else find_extrinsics(arguments.extrinsics, reader, choice)
-        truth = _truth(arguments, reader, choice)
+        truth = find_truth(reader, choice, arguments.ground_truth)
+        if truth is None:
+            raise UsageError(f"{arguments.folder} has no topic with the true poses; give them with --ground-truth FILE")
         pipeline = Pipeline(config, extrinsics, topics={"image": choice.image.name})
         frames = read_frames(pipeline, read_messages(reader, choice))
         held = [(number, frame) for number, frame in enumerate(frames) if is_wanted(number)]
@@ -44,20 +43,3 @@ def posed_frames_of_bag(arguments: Namespace, config: Config, is_wanted: Callabl
         PosedFrame(number, LoadedFrame(str(number), frame), next(poses) if is_known else None)
         for (number, frame), is_known in zip(held, known, strict=True)
     ]
-
-
-def _truth(arguments: Namespace, reader: BagReader, choice: TopicChoice) -> Trajectory:
-    if arguments.ground_truth:
-        return true_trajectory(read_truth(Path(arguments.ground_truth)))
-    if choice.ground_truth is None:
-        raise UsageError(f"{arguments.folder} has no topic with the true poses; give them with --ground-truth FILE")
-    return poses_of_topic(reader, choice.ground_truth.name)
-
-
-def poses_of_topic(reader: BagReader, name: str) -> Trajectory:
-    """The poses on a topic of a bag. A broken one leaves a gap, which is not bridged if it is long."""
-    poses = []
-    for item in reader.messages([name]):
-        with suppress(DataError):
-            poses.append(decode_pose(item.message))
-    return true_trajectory(poses)

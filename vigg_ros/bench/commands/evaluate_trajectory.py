@@ -12,10 +12,11 @@ from pathlib import Path
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import GROUND_TRUTH_TYPES, TopicError
 from vigg_ros.bags.trajectories import read_stamped_poses
-from vigg_ros.bench.commands.bag_frames import poses_of_topic
 from vigg_ros.bench.trajectory_comparison import TrajectoryComparison, compare_trajectories
 from vigg_ros.cli.console import ExitCode, UsageError, positive_float, positive_int, table
 from vigg_ros.registration import BagError
+from vigg_ros.report.bag_messages import read_poses
+from vigg_ros.report.recording import true_trajectory
 from vigg_ros.report.trajectory import Trajectory
 from vigg_ros.report.trajectory_errors import Spread
 
@@ -61,7 +62,7 @@ def read_trajectory(path: Path, topic: str | None, option: str) -> Trajectory:
     if not path.exists():
         raise BagError(f"{path} does not exist; give a TUM file (.tum or .txt) or a bag")
     with BagReader(path) as reader:
-        return poses_of_topic(reader, _pose_topic(reader, topic, option))
+        return true_trajectory(read_poses(reader, _pose_topic(reader, topic, option)))
 
 
 def _pose_topic(reader: BagReader, name: str | None, option: str) -> str:

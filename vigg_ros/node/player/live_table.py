@@ -15,6 +15,7 @@ import numpy as np
 
 from vigg_ros.node.player.live_frames import LiveFrames
 from vigg_ros.node.player.node_process import Usage
+from vigg_ros.report.wording import table_text
 
 REDRAW_S, REPEAT_S = 0.5, 5.0
 """So often the table is drawn on a terminal, and written elsewhere."""
@@ -43,12 +44,6 @@ def live_rows(frames: LiveFrames, before: Usage | None, now: Usage | None) -> di
         cpu_percent = 100 * (now.cpu_s - before.cpu_s) / max(now.at_s - before.at_s, 1e-3)
         rows["node"] = f"CPU {cpu_percent:.0f} % of one core in the mean, memory {now.peak_rss_mb:.0f} MB at most"
     return rows
-
-
-def table_text(rows: dict[str, str]) -> str:
-    """The rows as aligned text."""
-    width = max(map(len, rows))
-    return "\n".join(f"{name:<{width}}  {text}" for name, text in rows.items())
 
 
 def advice_on_drops(frames: LiveFrames, rate: float) -> str:
