@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The verdict on evidence made by hand: each objection has its own reason, and all of them are asked for."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -73,7 +70,7 @@ def verdict(
     points, rows = np.zeros((VISUAL, 3)), np.arange(VISUAL)
     visual = Matches(points, points, np.ones(VISUAL), rows, 1000 + rows)
     target, source = (SimpleNamespace(keypoints=SimpleNamespace(pixels=pixels(v))) for v in (0, 1))
-    pair = Pair(target, source, visual, no_matches(), config)  # type: ignore[arg-type]
+    pair = Pair(target, source, visual, no_matches(), config)
     return judge(pair, [f for _, f in fits], Evidence(keypoints=7))
 
 
@@ -82,7 +79,7 @@ def pixels(v: int) -> NDArray[np.float32]:
     return np.array([(k % 1000, v) for k in range(2000)], np.float32)
 
 
-def test_a_sound_answer_is_given_with_its_evidence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sound_answer_is_given_with_its_evidence(monkeypatch):
     sound = candidate(0.1)
     found = verdict(monkeypatch, (sound, fit(sound)))
     assert isinstance(found, Registration)
@@ -110,9 +107,7 @@ OBJECTIONS: dict[str, tuple[dict[str, float], dict[str, float], Reason]] = {
 
 
 @pytest.mark.parametrize(("shown", "fitted", "reason"), OBJECTIONS.values(), ids=OBJECTIONS)
-def test_each_objection_has_its_reason(
-    shown: dict[str, Any], fitted: dict[str, Any], reason: Reason, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_objection_has_its_reason(shown, fitted, reason, monkeypatch):
     poor_one = candidate(**shown)
     found = verdict(monkeypatch, (poor_one, fit(poor_one, **fitted)))
     assert isinstance(found, Rejection), found
@@ -123,9 +118,7 @@ def test_each_objection_has_its_reason(
 
 
 @pytest.mark.parametrize(("alike", "answered"), [(0.31, True), (0.29, False), (-0.5, False), (np.nan, True)])
-def test_shapes_that_agree_are_not_believed_against_the_images(
-    alike: float, answered: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_shapes_that_agree_are_not_believed_against_the_images(alike, answered, monkeypatch):
     """Few visual matches agree; where many do, the images have spoken."""
     shaped, seen = candidate(visual=5), candidate(visual=60)
     found = verdict(monkeypatch, (shaped, fit(shaped)), alike=alike)
@@ -139,14 +132,14 @@ def test_shapes_that_agree_are_not_believed_against_the_images(
     assert np.isnan(clear.evidence.photometric_correlation)
 
 
-def test_what_is_not_finite_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_not_finite_is_no_answer(monkeypatch):
     broken = candidate(np.nan)
     found = verdict(monkeypatch, (broken, fit(broken)))
     assert isinstance(found, Rejection)
     assert found.reason is Reason.NOT_FINITE
 
 
-def test_without_verification_only_what_is_no_motion_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_verification_only_what_is_no_motion_is_refused(monkeypatch):
     config = CONFIG.replace({"acceptance.enabled": False})
     poor = candidate(overlap=0.01, in_front=0.5, visual=0, geometric=3)
     assert isinstance(verdict(monkeypatch, (poor, fit(poor)), config=config), Registration)
@@ -155,7 +148,7 @@ def test_without_verification_only_what_is_no_motion_is_refused(monkeypatch: pyt
     assert free.reason is Reason.DEGENERATE
 
 
-def test_the_best_supported_fit_is_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_best_supported_fit_is_the_answer(monkeypatch):
     """Support is what coincides less what contradicts, and a quarter of the share of visual matches."""
     poor, good = candidate(0.0, overlap=0.4), candidate(0.05, overlap=0.6)
     assert good.support == pytest.approx(0.6 - 0.02 - 0.05 + 0.25 * 0.6)
@@ -169,9 +162,7 @@ def test_the_best_supported_fit_is_the_answer(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize(
     ("shown", "answered"), [({}, False), ({"hidden": 0.45}, True), ({"in_front": 0.2, "hidden": 0.0}, True)]
 )
-def test_a_repeated_motion_competes_unless_the_surfaces_know_better(
-    shown: dict[str, float], answered: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_repeated_motion_competes_unless_the_surfaces_know_better(shown, answered, monkeypatch):
     here, shifted = candidate(0.0), candidate(0.5, **shown)
     seen = {shifted.T_target_source.tobytes(): shifted}
     found = verdict(monkeypatch, (here, fit(here)), repeated=shifted.T_target_source, seen=seen)
@@ -182,7 +173,7 @@ def test_a_repeated_motion_competes_unless_the_surfaces_know_better(
 
 
 @pytest.mark.hostile("Scene: repeated texture and repeated structure: reject rather than choose wrongly")
-def test_two_answers_that_explain_as_much_are_ambiguous(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_answers_that_explain_as_much_are_ambiguous(monkeypatch):
     """A step of 0 and one of 1.2 m, both with most of the surface and half of the matches."""
     here, there = candidate(0.0, visual=50), candidate(1.2, visual=45)
     found = verdict(monkeypatch, (here, fit(here)), (there, fit(there)))
@@ -194,7 +185,7 @@ def test_two_answers_that_explain_as_much_are_ambiguous(monkeypatch: pytest.Monk
         assert isinstance(verdict(monkeypatch, (here, fit(here)), (other, fit(other))), Registration)
 
 
-def test_competition_is_the_lesser_of_surface_and_matches() -> None:
+def test_competition_is_the_lesser_of_surface_and_matches():
     best = candidate(0.0)
     # Balance 0.53 against 0.265: half, of which 0.75 are asked for. Matches 140 against 126: 0.9 of 0.6.
     half = candidate(1.0, overlap=0.335, visual=46)
@@ -205,7 +196,7 @@ def test_competition_is_the_lesser_of_surface_and_matches() -> None:
     assert competition(candidate(0.29), best, CONFIG) == 0, "three thresholds apart is the same answer"
 
 
-def test_the_best_is_followed_by_its_competitors() -> None:
+def test_the_best_is_followed_by_its_competitors():
     best = candidate(0.0, overlap=0.7)
     competitors = [candidate(float(x), overlap=0.6 - 0.01 * x) for x in range(1, MAX_COMPETITORS + 2)]
     lesser, twin = candidate(9.0, overlap=0.2), candidate(0.1, overlap=0.65)
@@ -232,9 +223,7 @@ def hypotheses(*scores: float) -> Hypotheses:
         (0, 0, (), False),
     ],
 )
-def test_only_clear_visual_evidence_spares_the_geometric_search(
-    agreeing: int, of: int, scores: tuple[float, ...], clear: bool
-) -> None:
+def test_only_clear_visual_evidence_spares_the_geometric_search(agreeing, of, scores, clear):
     source, rows = np.zeros((of, 3)), np.arange(of)
     target = np.where(mask(agreeing, of)[:, None], 0.05, 5.0) * np.ones((of, 3))
     visual = Matches(target, source, np.ones(of), rows, rows)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """decode(encode(x)) == x, through the real classes of rosbags and rclpy; and one reader for the messages of both."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The topics and services of the running node are those of docs/node.md."""
 
-from __future__ import annotations
-
 import re
 
-from vigg_ros_testing.registrar_process import ROOT, NodeProcess, Start, parameters
+from vigg_ros_testing.registrar_process import ROOT, parameters
 from vigg_ros_testing.ros_peer import Peer
 
 OF_EVERY_NODE = {"/rosout", "/parameter_events"}
@@ -29,7 +27,12 @@ def short(types: list[str]) -> str:
     return types[0].replace("/msg/", "/").replace("/srv/", "/")
 
 
-def test_published_topics_have_the_documented_types_and_qos(node: NodeProcess, peer: Peer) -> None:
+def subscribed(peer: Peer, name: str) -> dict[str, list[str]]:
+    """The topics of a node with their types."""
+    return dict(peer.node.get_subscriber_names_and_types_by_node(name, "/"))
+
+
+def test_published_topics_have_the_documented_types_and_qos(node, peer):
     table = documented(r"\| topic \| type \| QoS \| meaning \|")
     found = peer.node.get_publisher_names_and_types_by_node("registrar", "/")
     actual = {name: short(types) for name, types in found if name not in OF_EVERY_NODE}
@@ -41,21 +44,20 @@ def test_published_topics_have_the_documented_types_and_qos(node: NodeProcess, p
             assert qos.startswith(said)
 
 
-def test_services_are_documented(node: NodeProcess, peer: Peer) -> None:
+def test_services_are_documented(node, peer):
     found = peer.node.get_service_names_and_types_by_node("registrar", "/")
     own = {name: short(types) for name, types in found if types[0].startswith("std_srvs/")}
     assert own == {full(name): kind for name, (kind, _) in documented(r"\| service \| type \| what it does \|").items()}
 
 
-def test_subscribed_topics_are_documented(start: Start, node: NodeProcess, peer: Peer) -> None:
+def test_subscribed_topics_are_documented(start, node, peer):
     table = documented(r"\| topic \| type \| notes \|")
-    found = dict(peer.node.get_subscriber_names_and_types_by_node("registrar", "/"))
     for name, (kinds, _) in table.items():
         if name != "points":
-            assert short(found[full(name)]) in kinds
+            assert short(subscribed(peer, "registrar")[full(name)]) in kinds
     cloud = start(*parameters(extrinsics="0 0 0 0 0 0 1"), "-r", "__node:=cloud").wait_until_ready()
     peer.wait(lambda: "cloud" in peer.node.get_node_names(), "the other node")
-    found = dict(peer.node.get_subscriber_names_and_types_by_node("cloud", "/"))
-    assert short(found["/points"]) == table["points"][0]
-    assert "/depth/image" not in found
+    points = peer.wait(lambda: subscribed(peer, "cloud").get("/points"), "a subscription of points")
+    assert short(points) == table["points"][0]
+    assert "/depth/image" not in subscribed(peer, "cloud")
     assert cloud.stop()[0] == 0

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scans with images over DDS; transforms from a stand-in for tf2_ros, which the wheels on PyPI do not have."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -14,10 +12,10 @@ from vigg_ros.node.settings import Settings
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.tracking.extrinsics import fixed
 from vigg_ros.tracking.frame_result import FrameResult
-from vigg_ros_testing.node_recordings import STREET, Moment, moments, play, publish, replayed
-from vigg_ros_testing.pose_comparison import assert_equal, vector_of
-from vigg_ros_testing.registrar_process import NodeProcess, Start, parameters
+from vigg_ros_testing.node_recordings import Moment, assert_equal, moments, play, publish, replayed, vector_of
+from vigg_ros_testing.registrar_process import NodeProcess, parameters
 from vigg_ros_testing.ros_peer import Peer, stamp_of
+from vigg_ros_testing.short_recordings import STREET
 
 TOPICS = {
     "/camera/camera_info": "/rgb/camera_info",
@@ -33,14 +31,13 @@ FRAMES = 5
 
 
 @pytest.fixture(scope="module")
-def street() -> list[Moment]:
+def street():
     return moments(STREET, TOPICS, FRAMES)
 
 
 @pytest.fixture(scope="module")
-def expected() -> list[FrameResult]:
+def expected():
     settings = Settings.resolve({"config": "lidar", "extrinsics": EXTRINSICS, **OPTIONS})
-    assert settings.T_camera_points is not None
     return replayed(STREET, FRAMES, settings.config, fixed(settings.T_camera_points))
 
 
@@ -48,7 +45,7 @@ def lidar_arguments(**values: object) -> list[str]:
     return parameters(config="lidar", geometry="points", geometric__sample_k=2000, **values)
 
 
-def test_poses_equal_the_replay(start: Start, peer: Peer, street: list[Moment], expected: list[FrameResult]) -> None:
+def test_poses_equal_the_replay(start, peer, street, expected):
     node = start(*lidar_arguments(extrinsics=EXTRINSICS)).wait_until_ready()
     play(peer, street)
     assert sum(record.has_pose for record in expected) == FRAMES
@@ -59,9 +56,7 @@ def test_poses_equal_the_replay(start: Start, peer: Peer, street: list[Moment], 
 
 
 @pytest.mark.hostile("Frames and TF: a link that never comes: NO_TF, never identity")
-def test_scans_wait_for_tf_and_poses_are_those_of_the_base(
-    start: Start, peer: Peer, street: list[Moment], tmp_path: Path, expected: list[FrameResult]
-) -> None:
+def test_scans_wait_for_tf_and_poses_are_those_of_the_base(start, peer, street, tmp_path, expected):
     links = tmp_path / "links.json"
     links.write_text("{}")
     environment = {"PYTHONPATH": f"{FAKE_TF2}:{FAKE_TF2.parents[2]}", "FAKE_TF": str(links)}
@@ -93,7 +88,6 @@ def street_later(street: list[Moment]) -> list[Moment]:
 def T_lidar_camera() -> np.ndarray:
     """Where the camera stands on the scanner."""
     T_parent_camera = Settings.resolve({"extrinsics": EXTRINSICS}).T_parent_camera
-    assert T_parent_camera is not None
     return T_parent_camera
 
 
@@ -118,7 +112,7 @@ def check_poses_of_the_base(peer: Peer, expected: list[FrameResult]) -> None:
     assert {odom.child_frame_id for odom in peer.heard["odom"]} <= {"base_link"}
 
 
-def test_without_tf2_the_node_says_where_to_get_it(start: Start) -> None:
+def test_without_tf2_the_node_says_where_to_get_it(start):
     node: NodeProcess = start(*lidar_arguments())
     assert node.exit_code() == 2
     assert "tf2_ros, which is missing" in node.log

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A second parent on TF: noticed when it comes, and when it has gone."""
 
-from __future__ import annotations
-
 from vigg_ros.node.tf_parents import ParentWatch
 
 
@@ -25,7 +23,7 @@ class Frames:
         )
 
 
-def test_a_parent_that_comes_later_is_noticed_and_own_transforms_are_none() -> None:
+def test_a_parent_that_comes_later_is_noticed_and_own_transforms_are_none():
     frames = Frames()
     watch = ParentWatch(frames)
     assert watch.other_parent("base_link", "odom", 100.0) is None
@@ -38,7 +36,7 @@ def test_a_parent_that_comes_later_is_noticed_and_own_transforms_are_none() -> N
     assert frames.asked == 3
 
 
-def test_a_parent_that_is_no_longer_renewed_has_gone() -> None:
+def test_a_parent_that_is_no_longer_renewed_has_gone():
     frames = Frames()
     watch = ParentWatch(frames)
     found = []
@@ -52,14 +50,14 @@ def test_a_parent_that_is_no_longer_renewed_has_gone() -> None:
     assert watch.other_parent("base_link", "odom", 20.0) == "wheels"
 
 
-def test_a_static_parent_stays() -> None:
+def test_a_static_parent_stays():
     frames = Frames()
     frames.base_link_below("map", 0.0)
     watch = ParentWatch(frames)
     assert {watch.other_parent("base_link", "odom", float(second)) for second in range(0, 100, 7)} == {"map"}
 
 
-def test_each_base_is_asked_for() -> None:
+def test_each_base_is_asked_for():
     frames = Frames()
     frames.base_link_below("wheels", 1.0)
     watch = ParentWatch(frames)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The executable where there is nothing to run: help, tables, and missing libraries. Needs no ROS."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path
@@ -23,7 +21,7 @@ def registrar(*arguments: str, without: str = "", folder: Path | None = None) ->
     )
 
 
-def test_without_ros_there_is_one_line_with_both_remedies() -> None:
+def test_without_ros_there_is_one_line_with_both_remedies():
     ended = registrar("--ros-args", "-p", "geometry:=depth", without="rclpy")
     assert ended.returncode == 2
     assert len(ended.stderr.splitlines()) == 1
@@ -32,7 +30,7 @@ def test_without_ros_there_is_one_line_with_both_remedies() -> None:
 
 
 @pytest.mark.skipif(not HAS_ROS, reason=NO_ROS)
-def test_another_missing_library_is_not_called_ros() -> None:
+def test_another_missing_library_is_not_called_ros():
     ended = registrar(without="numba")
     assert ended.returncode == 2
     assert "ROS" not in ended.stderr
@@ -40,14 +38,14 @@ def test_another_missing_library_is_not_called_ros() -> None:
 
 
 @pytest.mark.parametrize("missing", ["rclpy", "numpy"])
-def test_help_needs_neither_ros_nor_libraries(missing: str) -> None:
+def test_help_needs_neither_ros_nor_libraries(missing):
     ended = registrar("--help", without=missing)
     assert ended.returncode == 0
     assert "--ros-args -p geometry:=depth" in ended.stdout
     assert "vigg replay BAG" in ended.stdout
 
 
-def test_the_table_of_parameters_needs_no_ros() -> None:
+def test_the_table_of_parameters_needs_no_ros():
     ended = registrar("--parameters", without="rclpy")
     assert ended.returncode == 0
     assert "| `max_rate` (dynamic) | 0.0 | 0 to 1000 Hz |" in ended.stdout

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Silence is explained by the first cause that blocks each input."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -50,18 +48,18 @@ def with_input(one: InputFacts, **changes: object) -> Facts:
         (WELL, "NO_FRAME", "vigg doctor"),
     ],
 )
-def test_a_cause_is_named_with_its_remedy(facts: Facts, code: str, words: str) -> None:
+def test_a_cause_is_named_with_its_remedy(facts, code, words):
     (finding,) = explain(facts)
     assert finding.code == code
     assert words in str(finding)
 
 
 @pytest.mark.parametrize(("max_rate_hz", "expected_s"), [(0.0, 3.5), (30.0, 3.5), (0.5, 3.5), (0.1, 15.0)])
-def test_a_low_limit_of_the_rate_is_waited_for(max_rate_hz: float, expected_s: float) -> None:
+def test_a_low_limit_of_the_rate_is_waited_for(max_rate_hz, expected_s):
     assert patience_s(max_rate_hz) == pytest.approx(expected_s)
 
 
-def test_each_input_has_its_own_cause() -> None:
+def test_each_input_has_its_own_cause():
     facts = replace(WELL, inputs=(replace(COLOUR, offers=()), replace(DEPTH, age_s=9.0), CALIBRATION))
     assert [(one.topic, one.code) for one in explain(facts)] == [
         ("/cam/rgb", "NO_PUBLISHER"),
@@ -69,11 +67,11 @@ def test_each_input_has_its_own_cause() -> None:
     ]
 
 
-def test_a_calibration_that_is_sent_once_is_enough() -> None:
+def test_a_calibration_that_is_sent_once_is_enough():
     (finding,) = explain(with_input(CALIBRATION, age_s=3600.0))
     assert finding.code == "NO_FRAME"
 
 
-def test_stamps_apart_do_not_hide_another_reason() -> None:
+def test_stamps_apart_do_not_hide_another_reason():
     (finding,) = explain(replace(WELL, offset_s=0.5, last_reason="NO_TEXTURE", last_message="dark"))
     assert finding.code == "NO_TEXTURE"

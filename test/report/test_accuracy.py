@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Accuracy of trajectories worked out by hand, and what must not change it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

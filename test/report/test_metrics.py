@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of motions and pairs of frames, worked out by hand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings as series over time."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

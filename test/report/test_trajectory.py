@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Poses between poses, and alignment, against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -18,7 +18,7 @@ from vigg_ros.cli.main import main
 from vigg_ros.registration.config import Config
 from vigg_ros.tracking.frame_result import FrameResult
 
-ROOM = Path(__file__).parents[2] / "bags" / "room_rgbd"
+ROOM, STREET = (Path(__file__).parents[2] / "bags" / name for name in ("room_rgbd", "street_lidar"))
 STORE = get_typestore(Stores.ROS2_JAZZY)
 SECOND_NS = 1_000_000_000
 
