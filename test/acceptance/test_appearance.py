@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vigg_ros.acceptance.agreement import Pair, photometric_correlation
 from vigg_ros.acceptance.appearance import MIN_COMMON_PLACES, REDUCED_SIDE_PX, Appearance, correlation
@@ -18,7 +17,7 @@ from vigg_ros_testing.registration_samples import looking
 CAMERA = Camera(width_px=320, height_px=240, fx_px=200.0, fy_px=200.0, cx_px=159.5, cy_px=119.5)
 
 
-def ramp(channels: int) -> NDArray[np.uint8]:
+def ramp(channels):
     """Grey that grows by half a level per column; the same in each channel."""
     columns = np.tile((0.5 * np.arange(320)).astype(np.uint8), (240, 1))
     return columns if channels == 1 else np.repeat(columns[..., None], channels, axis=2)
@@ -42,7 +41,7 @@ def test_what_is_not_in_the_image_has_no_colour():
     assert appearance.at(np.empty((0, 3))).shape == (0, 3)
 
 
-def colours(seed: int, count: int = 200) -> NDArray[np.float32]:
+def colours(seed, count=200):
     return np.random.default_rng(seed).uniform(0, 255, (count, 3)).astype(np.float32)
 
 
@@ -54,13 +53,10 @@ def test_gain_and_offset_do_not_matter():
 
 
 def test_a_channel_without_contrast_says_nothing():
-    """Of a tinted or an infrared camera that fills three channels."""
+    """Of a tinted or an infrared camera that fills three channels; and grey is compared with their mean."""
     first, second = colours(0), colours(0)
     first[:, 1:], second[:, 2] = 7, 7
     assert correlation(first, second) == pytest.approx(1)
-
-
-def test_grey_is_compared_with_the_mean_of_the_channels():
     assert correlation(colours(0), colours(0).mean(axis=1, keepdims=True)) == pytest.approx(1)
 
 

@@ -13,7 +13,6 @@ from vigg_ros.acceptance.checks import (
     CHECKS,
     EXPLANATIONS,
     SEARCH_CHECKS,
-    Check,
     answer_margin,
     answer_objection,
     is_supported,
@@ -31,7 +30,7 @@ SOUND = Evidence(
 SETTABLE = [check for check in (*SEARCH_CHECKS, *ANSWER_CHECKS) if not math.isinf(check.limit(SOUND, CONFIG))]
 
 
-def showing(check: Check[Evidence], value: float) -> Evidence:
+def showing(check, value):
     """The sound evidence, but for what this check measures."""
     if check.measured == "inliers":
         return dataclasses.replace(SOUND, visual_inliers=int(value), geometric_inliers=0)

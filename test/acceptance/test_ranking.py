@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vigg_ros.acceptance import ranking
 from vigg_ros.acceptance.agreement import Agreement, Candidate, Pair
@@ -30,19 +29,11 @@ VISUAL, GEOMETRIC = 100, 200
 """Matches of the made-up pair."""
 
 
-def mask(count: int, of: int) -> NDArray[np.bool_]:
+def mask(count, of):
     return np.arange(of) < count
 
 
-def candidate(
-    x: float = 0.0,
-    *,
-    overlap: float = 0.6,
-    in_front: float = 0.02,
-    hidden: float = 0.05,
-    visual: int = 60,
-    geometric: int = 80,
-) -> Candidate:
+def candidate(x=0.0, *, overlap=0.6, in_front=0.02, hidden=0.05, visual=60, geometric=80):
     """A sound answer, but for what is said."""
     return Candidate(
         motion((0, 0, 0), (x, 0, 0)),
@@ -52,16 +43,12 @@ def candidate(
     )
 
 
-def fit(of: Candidate, *, deviation_m: float = 0.002, deviation_deg: float = 0.1, pairs: int = 4000) -> Fit:
+def fit(of, *, deviation_m=0.002, deviation_deg=0.1, pairs=4000):
     deviations = np.array((deviation_m,) * 3 + (np.deg2rad(deviation_deg),) * 3)
     return Fit(of.T_target_source, np.diag(deviations**2), 0.01, pairs)
 
 
-def verdict(
-    monkeypatch: pytest.MonkeyPatch, *fits: tuple[Candidate, Fit],
-    config: Config = CONFIG, alike: float = 0.7, repeated: NDArray[np.float64] | None = None,
-    seen: dict[bytes, Candidate] | None = None,
-) -> Registration | Rejection:
+def verdict(monkeypatch, *fits, config=CONFIG, alike=0.7, repeated=None, seen=None):
     """What ``judge`` says when the frames agree under each motion as the candidate says."""
     by_motion = {one.T_target_source.tobytes(): one for one, _ in fits} | (seen or {})
     monkeypatch.setattr(ranking, "photometric_correlation", lambda pair, T: alike)
@@ -74,7 +61,7 @@ def verdict(
     return judge(pair, [f for _, f in fits], Evidence(keypoints=7))
 
 
-def pixels(v: int) -> NDArray[np.float32]:
+def pixels(v):
     """Row k of the target's keypoints, and row 1000 + k of the source's, at (k, v)."""
     return np.array([(k % 1000, v) for k in range(2000)], np.float32)
 
@@ -82,7 +69,6 @@ def pixels(v: int) -> NDArray[np.float32]:
 def test_a_sound_answer_is_given_with_its_evidence(monkeypatch):
     sound = candidate(0.1)
     found = verdict(monkeypatch, (sound, fit(sound)))
-    assert isinstance(found, Registration)
     np.testing.assert_array_equal(found.T_target_source, sound.T_target_source)
     assert found.covariance[0, 0] == pytest.approx(0.002**2)
     assert found.visual_inliers_px.tolist() == [[k, 0, k, 1] for k in range(60)]
@@ -135,17 +121,7 @@ def test_shapes_that_agree_are_not_believed_against_the_images(alike, answered, 
 def test_what_is_not_finite_is_no_answer(monkeypatch):
     broken = candidate(np.nan)
     found = verdict(monkeypatch, (broken, fit(broken)))
-    assert isinstance(found, Rejection)
     assert found.reason is Reason.NOT_FINITE
-
-
-def test_without_verification_only_what_is_no_motion_is_refused(monkeypatch):
-    config = CONFIG.replace({"acceptance.enabled": False})
-    poor = candidate(overlap=0.01, in_front=0.5, visual=0, geometric=3)
-    assert isinstance(verdict(monkeypatch, (poor, fit(poor)), config=config), Registration)
-    free = verdict(monkeypatch, (poor, fit(poor, deviation_m=np.inf)), config=config)
-    assert isinstance(free, Rejection)
-    assert free.reason is Reason.DEGENERATE
 
 
 def test_the_best_supported_fit_is_the_answer(monkeypatch):
@@ -154,7 +130,6 @@ def test_the_best_supported_fit_is_the_answer(monkeypatch):
     assert good.support == pytest.approx(0.6 - 0.02 - 0.05 + 0.25 * 0.6)
     for fits in (((poor, fit(poor)), (good, fit(good))), ((good, fit(good)), (poor, fit(poor)))):
         found = verdict(monkeypatch, *fits)
-        assert isinstance(found, Registration)
         np.testing.assert_array_equal(found.T_target_source, good.T_target_source)
 
 
@@ -177,7 +152,6 @@ def test_two_answers_that_explain_as_much_are_ambiguous(monkeypatch):
     """A step of 0 and one of 1.2 m, both with most of the surface and half of the matches."""
     here, there = candidate(0.0, visual=50), candidate(1.2, visual=45)
     found = verdict(monkeypatch, (here, fit(here)), (there, fit(there)))
-    assert isinstance(found, Rejection)
     assert found.reason is Reason.AMBIGUOUS
     assert found.evidence.runner_up >= 1
     # The same answer twice is no competitor of itself, and neither is one with a fraction of the matches.
@@ -205,7 +179,7 @@ def test_the_best_is_followed_by_its_competitors():
     assert [one.T_target_source[0, 3] for one in found[1:]] == [1, 2, 3][:MAX_COMPETITORS]
 
 
-def hypotheses(*scores: float) -> Hypotheses:
+def hypotheses(*scores):
     """Steps of 0, 1, 2, ... m with these scores."""
     return Hypotheses(np.array([motion((0, 0, 0), (x, 0, 0)) for x in range(len(scores))]), np.array(scores))
 

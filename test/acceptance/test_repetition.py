@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Texture that repeats is refused, and texture that does not is not."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vigg_ros.acceptance.agreement import Pair
 from vigg_ros.acceptance.repetition import repeated_motion
-from vigg_ros.registration import Camera, Config, Features, Frame, Registration, Rejection, extract, register
+from vigg_ros.registration import Camera, Config, Frame, Registration, extract, register
 from vigg_ros.registration.matches import no_matches
 from vigg_ros_testing.registration_samples import looking
 
@@ -18,7 +19,7 @@ CAMERA = Camera(480, 360, 394.0, 394.0, 239.5, 179.5)
 WALL_M = 2.0
 
 
-def tile(seed: int, texels: int = 160) -> NDArray[np.float32]:
+def tile(seed, texels=160):
     """A blurred pattern of grey squares, whose left and right, upper and lower ends fit."""
     rng = np.random.default_rng(seed)
     squares = np.kron(rng.integers(0, 255, (10, 10)), np.ones((texels // 10, texels // 10)))
@@ -26,7 +27,7 @@ def tile(seed: int, texels: int = 160) -> NDArray[np.float32]:
     return np.asarray(blurred[texels : 2 * texels, texels : 2 * texels])
 
 
-def wall(period_m: float, seed: int, x_m: float) -> Features:
+def wall(period_m, seed, x_m):
     """A papered wall straight ahead, seen from ``x_m`` along it, with the noise of both sensors."""
     rng = np.random.default_rng((seed, round(1000 * x_m)))
     pattern = np.pad(tile(seed), 2, mode="wrap")
@@ -44,9 +45,11 @@ def wall(period_m: float, seed: int, x_m: float) -> Features:
 @pytest.mark.parametrize("period_m", [0.4, 0.5])
 @pytest.mark.parametrize("x_m", [0.07, 0.22])
 def test_a_wall_with_a_repeating_print_is_not_answered_wrongly(seed, period_m, x_m):
-    outcome = register(wall(period_m, seed, 0.0), wall(period_m, seed, x_m), CONFIG)
-    if isinstance(outcome, Registration):
-        np.testing.assert_allclose(outcome.T_target_source[:3, 3], (x_m, 0, 0), atol=0.05)
+    target, source = wall(period_m, seed, 0.0), wall(period_m, seed, x_m)
+    for config in (CONFIG, CONFIG.replace({"geometric.always": True}))[: 2 if seed == 1 else 1]:
+        outcome = register(target, source, config)
+        if isinstance(outcome, Registration):
+            np.testing.assert_allclose(outcome.T_target_source[:3, 3], (x_m, 0, 0), atol=0.05)
 
 
 def test_the_period_is_found():
@@ -59,12 +62,6 @@ def test_the_period_is_found():
     assert np.linalg.norm(shifted[:3, 3] - T_true[:3, 3]) == pytest.approx(0.5, abs=0.01)
 
 
-def test_the_whole_method_refuses_it_too():
-    target, source = wall(0.5, 1, 0.0), wall(0.5, 1, 0.07)
-    outcome = register(target, source, CONFIG.replace({"geometric.always": True}))
-    assert isinstance(outcome, Rejection) or abs(outcome.T_target_source[0, 3] - 0.07) < 0.05
-
-
 def test_a_furnished_room_does_not_repeat(studio):
     poses = [looking((0.1 * k, 0.05 * k, 0)) for k in range(4)]
     for k, pose in enumerate(poses[1:], 1):
@@ -74,8 +71,5 @@ def test_a_furnished_room_does_not_repeat(studio):
 
 def test_too_few_keypoints_show_no_period(studio):
     features = studio.features(looking(), 1)
-    few = Features(
-        features.keypoints.select(np.arange(5)), features.surface, features.patches, features.view, features.frame,
-        features.lazy_keypoints, features.lazy_landmarks, features.lazy_matcher, features.lazy_aligner,
-    )  # fmt: skip
+    few = replace(features, keypoints=features.keypoints.select(np.arange(5)))
     assert repeated_motion(Pair(features, few, no_matches(), no_matches(), CONFIG), np.eye(4)) is None

@@ -190,11 +190,11 @@ NESTED = {
 }
 
 
-def as_message(sample: SimpleNamespace, type_name: str) -> Message:
+def as_message(sample, type_name):
     return Message(type_name, {name: as_field(name, value) for name, value in vars(sample).items()})
 
 
-def as_field(name: str, value: Any) -> Any:
+def as_field(name, value):
     if isinstance(value, SimpleNamespace):
         return as_message(value, NESTED[name])
     if name == "fields":
@@ -204,7 +204,7 @@ def as_field(name: str, value: Any) -> Any:
     return np.array(value, np.float64) if isinstance(value, list) else value
 
 
-def assert_same(found: Any, expected: Any) -> None:
+def assert_same(found, expected):
     assert type(found) is type(expected)
     for name in expected.__dataclass_fields__:
         one, other = getattr(found, name), getattr(expected, name)

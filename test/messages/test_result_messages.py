@@ -18,7 +18,7 @@ from vigg_ros_testing.report_samples import lost, refused, started, tracked
 
 @pytest.mark.parametrize("count", [0, 1, MAX_PATH_POSES - 1, MAX_PATH_POSES, 2 * MAX_PATH_POSES + 1, 12_345])
 def test_a_path_is_thinned_evenly_and_keeps_its_ends(count):
-    path: PathPoses[int] = PathPoses()
+    path = PathPoses()
     for number in range(count):
         path.add(number, 0)
     kept = path.take()

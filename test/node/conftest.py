@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nodes for tests. Without rclpy they are skipped."""
 
-from pathlib import Path
 
 import pytest
 
@@ -12,12 +11,12 @@ from vigg_ros_testing.registrar_process import HAS_ROS, NO_ROS, NodeProcess, dep
 class WithoutRos(pytest.Module):
     """A module of tests that cannot be imported here."""
 
-    def collect(self) -> list[pytest.Item]:
+    def collect(self):
         """Skip them all, with the reason."""
         pytest.skip(NO_ROS, allow_module_level=True)
 
 
-def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
+def pytest_pycollect_makemodule(module_path, parent):
     """Tests over DDS are skipped where there is no rclpy."""
     if module_path.name.startswith("test_dds_") and not HAS_ROS:
         return WithoutRos.from_parent(parent, path=module_path)
@@ -27,10 +26,10 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 @pytest.fixture(scope="module")
 def start(tmp_path_factory):
     """Starts nodes, and ends those that still run after the tests of the module."""
-    started: list[NodeProcess] = []
+    started = []
 
-    def begin(*arguments: str, environment: dict[str, str] | None = None) -> NodeProcess:
-        log: Path = tmp_path_factory.mktemp("node") / "node.log"
+    def begin(*arguments, environment=None):
+        log = tmp_path_factory.mktemp("node") / "node.log"
         started.append(NodeProcess(arguments, log, environment=environment))
         return started[-1]
 
@@ -60,8 +59,6 @@ def shared_node(start):
 @pytest.fixture
 def node(shared_node, peer):
     """The shared node, with nothing left of the test before."""
-    peer.call("reset")
-    peer.wait_briefly(lambda: False, 0.1)
-    peer.clear()
+    peer.begin_anew()
     yield shared_node
     peer.withdraw()

@@ -3,7 +3,6 @@
 """What fails inside the node costs one frame or one answer, never the node. It runs in this process, to be broken."""
 
 import threading
-from typing import Any
 
 import pytest
 import rclpy
@@ -19,11 +18,11 @@ from vigg_ros_testing.rendered_frames import frame, send, send_and_wait, stamp_o
 from vigg_ros_testing.ros_peer import spinning, stamp_of
 
 
-def breaking(owner: type, name: str, patch: pytest.MonkeyPatch, *, times: int = 10**9) -> list[str]:
+def breaking(owner, name, patch, *, times=10 ** 9):
     """Let a method fail so often, and then do what it did; the failures so far."""
     original, failures = getattr(owner, name), []
 
-    def method(*arguments: Any, **options: Any) -> Any:
+    def method(*arguments, **options):
         if len(failures) < times:
             failures.append(name)
             raise OSError(f"{name} is broken")
@@ -51,12 +50,10 @@ def local_node():
 @pytest.fixture
 def clean(local_node, peer):
     """The node with nothing left of the test before, and alive after the test."""
-    peer.call("reset")
-    peer.wait_briefly(lambda: False, 0.1)
-    peer.clear()
+    peer.begin_anew()
     yield
     assert local_node.is_alive()
-    assert peer.call("pause", data=False)[0].success
+    assert peer.call("pause", data=False).success
     peer.withdraw()
 
 
@@ -82,7 +79,7 @@ def test_a_refusal_that_cannot_be_told_does_not_end_the_node(peer, monkeypatch):
 def test_a_reset_during_a_registration_is_answered_at_once_and_discards_its_result(peer, monkeypatch):
     track, begun, go_on = Pipeline.track, threading.Event(), threading.Event()
 
-    def held(*arguments: Any, **options: Any) -> Any:
+    def held(*arguments, **options):
         begun.set()
         assert go_on.wait(30.0)
         return track(*arguments, **options)
@@ -92,7 +89,7 @@ def test_a_reset_during_a_registration_is_answered_at_once_and_discards_its_resu
         patch.setattr(Pipeline, "track", held)
         send(peer, frame(1))
         assert begun.wait(30.0)
-        assert peer.call("reset")[0].success
+        assert peer.call("reset").success
         assert len(peer.answers()) == 1, "it still runs"
         go_on.set()
         peer.wait(lambda: len(peer.answers()) == 2, "the end of the registration")
@@ -102,14 +99,14 @@ def test_a_reset_during_a_registration_is_answered_at_once_and_discards_its_resu
 
 
 def test_no_service_lets_an_exception_pass():
-    callbacks: dict[str, Any] = {}
-    failures: list[BaseException] = []
+    callbacks = {}
+    failures = []
 
     class Node:
-        def create_service(self, kind: Any, name: str, callback: Any) -> None:
+        def create_service(self, kind, name, callback):
             callbacks[name] = (kind, callback)
 
-    def broken(*arguments: object) -> Any:
+    def broken(*arguments):
         raise RuntimeError("unforeseen")
 
     Services(Node(), reset=broken, request_keyframe=broken, pause=broken, save=broken, failed=failures.append)

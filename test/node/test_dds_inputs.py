@@ -17,7 +17,7 @@ from vigg_ros_testing.rendered_frames import LARGER, TYPES, frame, send, send_an
 from vigg_ros_testing.ros_peer import Peer, values_of
 
 
-def waiting(peer: Peer, code: str, timeout_s: float = 15.0) -> str:
+def waiting(peer, code, timeout_s=15.0):
     """The text of the first WAITING that names this cause."""
     found: list[dict[str, str]] = peer.wait(
         lambda: [one for one in peer.statuses("WAITING") if code in one["codes"].split()], f"WAITING {code}", timeout_s
@@ -25,7 +25,7 @@ def waiting(peer: Peer, code: str, timeout_s: float = 15.0) -> str:
     return found[0]["text"]
 
 
-def errors(peer: Peer) -> list[str]:
+def errors(peer):
     """Names of the statuses in the newest /diagnostics that are errors."""
     newest = peer.heard["diagnostics"][-1] if peer.heard["diagnostics"] else None
     return [one.name for one in newest.status if one.level == DiagnosticStatus.ERROR] if newest else []
@@ -47,7 +47,7 @@ def test_an_input_that_stops_is_an_error_until_it_comes_back(node, peer):
     peer.wait(lambda: peer.heard["diagnostics"] and not errors(peer), "diagnostics without an error")
 
 
-def refusals_in_diagnostics(peer: Peer, topic: str, code: str) -> list[str]:
+def refusals_in_diagnostics(peer, topic, code):
     """All that was said of how many messages of the topic were refused for this reason."""
     statuses = [one for array in list(peer.heard["diagnostics"]) for one in array.status if one.name.endswith(topic)]
     return [pair.value for one in statuses for pair in one.values if pair.key == f"refused_{code}"]

@@ -40,7 +40,7 @@ def fake(monkeypatch):
     monkeypatch.setattr(live_run, "NODE", FAKE_NODE)
 
 
-def rows_of(text: str) -> dict[str, str]:
+def rows_of(text):
     """Name and text of each row, without the sentence below the table."""
     return dict(re.split("  +", line, maxsplit=1) for line in text.splitlines() if "  " in line)
 
@@ -115,7 +115,7 @@ def test_it_can_be_interrupted_and_takes_the_node_with_it(number, bag, domain, t
     assert not [one for one in running_commands() if mark in one]
 
 
-def running_commands() -> list[str]:
+def running_commands():
     found = []
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         try:

@@ -3,7 +3,6 @@
 """Parameters of the running node."""
 
 import time
-from pathlib import Path
 
 import pytest
 from rcl_interfaces.msg import ParameterType
@@ -13,18 +12,17 @@ from rclpy.parameter import Parameter
 from vigg_ros.node.settings import Settings
 from vigg_ros_testing.registrar_process import ROOT, depth_arguments, parameters
 from vigg_ros_testing.rendered_frames import frame, send_and_wait
-from vigg_ros_testing.ros_peer import Peer
 
 
 @pytest.fixture(scope="module")
 def running(start, tmp_path_factory):
     """A node with an integer for a real number, and a parameter file that is for another node."""
-    path: Path = tmp_path_factory.mktemp("parameters") / "other.yaml"
+    path = tmp_path_factory.mktemp("parameters") / "other.yaml"
     path.write_text("front_camera:\n  ros__parameters:\n    geometry: points\n")
     return start(*depth_arguments("--params-file", str(path), max_rate=0, geometric__max_range_m=6)).wait_until_ready()
 
 
-def change(peer: Peer, **values: object) -> tuple[bool, str]:
+def change(peer, **values):
     """Set parameters together, as `ros2 param set` does."""
     request = SetParametersAtomically.Request()
     request.parameters = [Parameter(n.replace("__", "."), value=v).to_parameter_msg() for n, v in values.items()]
@@ -32,7 +30,7 @@ def change(peer: Peer, **values: object) -> tuple[bool, str]:
     return result.successful, result.reason
 
 
-def value(peer: Peer, name: str) -> object:
+def value(peer, name):
     """The value of a number or text."""
     found = peer.request(GetParameters, "get_parameters", GetParameters.Request(names=[name])).values[0]
     return found.double_value if found.type == ParameterType.PARAMETER_DOUBLE else found.string_value

@@ -12,12 +12,11 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
-from vigg_ros.bags.reader import BagReader, SerialisedMessage, Topic
+from vigg_ros.bags.reader import SerialisedMessage, Topic
 from vigg_ros.cli.main import main
 from vigg_ros.node.player import bag_player
 from vigg_ros.node.player.bag_player import MAX_PAUSE_NS, BagPlayer, ros_node, with_positions
@@ -37,11 +36,11 @@ DOMAIN = ["--domain-id", str(DOMAIN_ID)]
 class Listener:
     """Keeps the bytes of what arrives, by topic."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node):
         self._node = node
-        self.received: dict[str, list[bytes]] = {}
+        self.received = {}
 
-    def subscribe(self, message_class: type, *topics: str) -> None:
+    def subscribe(self, message_class, *topics):
         for topic in topics:
             messages = self.received.setdefault(topic, [])
             self._node.create_subscription(message_class, topic, messages.append, 1000, raw=True)
@@ -62,11 +61,11 @@ def bag(tmp_path):
     return write_bag(tmp_path / "bag", rgbd_entries())
 
 
-def has_all(listener: Listener, times: int = 1) -> bool:
+def has_all(listener, times=1):
     return wait_until(lambda: min(map(len, listener.received.values())) >= times * FRAMES)
 
 
-def recorded(topic: str) -> list[bytes]:
+def recorded(topic):
     return [one.data for one in rgbd_entries() if one.topic == topic]
 
 
@@ -86,7 +85,7 @@ def test_every_message_arrives_bit_by_bit_in_the_order_of_stamps(write, listener
 
 
 def test_a_loop_repeats_the_same_stamps_until_it_is_interrupted(bag, listener):
-    def interrupt() -> None:
+    def interrupt():
         has_all(listener, 3)
         os.kill(os.getpid(), signal.SIGINT)
 
@@ -95,8 +94,11 @@ def test_a_loop_repeats_the_same_stamps_until_it_is_interrupted(bag, listener):
     assert listener.received[COLOUR][: 3 * FRAMES] == 3 * recorded(COLOUR)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("ignored", [False, True], ids=["from a terminal", "started with & from a script"])
+@pytest.mark.parametrize(
+    ("number", "ignored"),
+    [(signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, False)],
+    ids=["from a terminal", "started with & from a script", "SIGTERM"],
+)
 def test_signals_end_it_with_130_and_without_a_traceback(bag, number, ignored):
     command = [sys.executable, "-m", "vigg_ros.cli.main", "play", str(bag), *DOMAIN]  # which waits for subscribers
     command = ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command] if ignored else command
@@ -108,11 +110,11 @@ def test_signals_end_it_with_130_and_without_a_traceback(bag, number, ignored):
     assert errors == "vigg play: interrupted\n"
 
 
-def strings(*stamps_ns: int | None, topic: str = "/words") -> list[SerialisedMessage]:
+def strings(*stamps_ns, topic="/words"):
     return [SerialisedMessage(topic, STRING, 0, stamp_ns, b"\0\1\0\0\2\0\0\0a\0") for stamp_ns in stamps_ns]
 
 
-def reader_of(*topics: Topic, messages: list[SerialisedMessage] = []) -> BagReader:  # noqa: B006
+def reader_of(*topics, messages=[]):  # noqa: B006
     return SimpleNamespace(topics=topics, latched=lambda: {"/kept"}, serialised=lambda names, order: messages)
 
 
@@ -147,11 +149,11 @@ def test_it_waits_for_the_topics_asked_for_and_leaves_when_all_has_arrived(liste
 def test_messages_are_due_by_their_stamps_and_the_rate(rate, monkeypatch):
     now_s, sent_s = [17.0], []
 
-    def wait(seconds: float) -> None:
+    def wait(seconds):
         assert seconds <= bag_player.POLL_S
         now_s[0] += seconds
 
-    def publishing(message: SerialisedMessage) -> None:
+    def publishing(message):
         sent_s.append(now_s[0])
         now_s[0] += 1.4 / rate * (len(sent_s) == 2)  # the second one takes longer than the third can wait
 
@@ -165,7 +167,7 @@ def test_messages_are_due_by_their_stamps_and_the_rate(rate, monkeypatch):
     assert player.lateness_notes() == ([late] if rate == 0.25 else [])
 
 
-def positions_s(*stamps_ns: int | None) -> list[float]:
+def positions_s(*stamps_ns):
     return [position_s for position_s, _ in with_positions(strings(*stamps_ns))]
 
 

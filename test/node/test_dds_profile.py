@@ -31,7 +31,7 @@ def test_each_participant_gets_32_mib_of_shared_memory_and_udp():
 
 def test_it_is_set_where_nothing_is_set(monkeypatch):
     monkeypatch.setattr(dds_profile.shutil, "disk_usage", lambda path: SimpleNamespace(free=128 * 2**20))
-    environment: dict[str, str] = {}
+    environment = {}
     assert set_profile(environment) == []
     assert environment == {VARIABLE: str(ROOT / NAME)}
 
@@ -45,7 +45,7 @@ def test_a_profile_of_the_user_stays_and_an_empty_value_means_none(given, left):
 
 def test_where_shared_memory_is_small_it_is_left_out_and_said(monkeypatch):
     monkeypatch.setattr(dds_profile.shutil, "disk_usage", lambda path: SimpleNamespace(free=64 * 2**20))
-    environment: dict[str, str] = {}
+    environment = {}
     (note,) = set_profile(environment)
     assert note.startswith("/dev/shm has 64 MB free, the Fast DDS profile for large messages needs 128")
     assert environment == {}
@@ -61,7 +61,7 @@ def elsewhere(tmp_path, monkeypatch):
     return tmp_path
 
 
-def profile_below(folder: Path) -> Path:
+def profile_below(folder):
     path = folder / "share" / "vigg_ros" / NAME
     path.parent.mkdir(parents=True)
     path.write_text("<profiles/>")

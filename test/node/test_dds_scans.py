@@ -11,10 +11,10 @@ import pytest
 from vigg_ros.node.settings import Settings
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.tracking.extrinsics import fixed
-from vigg_ros.tracking.frame_result import FrameResult
-from vigg_ros_testing.node_recordings import Moment, assert_equal, moments, play, publish, replayed, vector_of
-from vigg_ros_testing.registrar_process import NodeProcess, parameters
-from vigg_ros_testing.ros_peer import Peer, stamp_of
+from vigg_ros_testing.node_recordings import assert_equal, moments, play, publish, vector_of
+from vigg_ros_testing.pipeline_runs import replay_bag
+from vigg_ros_testing.registrar_process import parameters
+from vigg_ros_testing.ros_peer import stamp_of
 from vigg_ros_testing.short_recordings import STREET
 
 TOPICS = {
@@ -38,10 +38,10 @@ def street():
 @pytest.fixture(scope="module")
 def expected():
     settings = Settings.resolve({"config": "lidar", "extrinsics": EXTRINSICS, **OPTIONS})
-    return replayed(STREET, FRAMES, settings.config, fixed(settings.T_camera_points))
+    return replay_bag(STREET, settings.config, frames=FRAMES, lookup=fixed(settings.T_camera_points)).frames
 
 
-def lidar_arguments(**values: object) -> list[str]:
+def lidar_arguments(**values):
     return parameters(config="lidar", geometry="points", geometric__sample_k=2000, **values)
 
 
@@ -80,12 +80,12 @@ def test_scans_wait_for_tf_and_poses_are_those_of_the_base(start, peer, street, 
     assert node.stop()[0] == 0
 
 
-def street_later(street: list[Moment]) -> list[Moment]:
+def street_later(street):
     """The rest of the recording: what was refused has used up its stamps."""
     return street[2:]
 
 
-def T_lidar_camera() -> np.ndarray:
+def T_lidar_camera():
     """Where the camera stands on the scanner."""
     T_parent_camera = Settings.resolve({"extrinsics": EXTRINSICS}).T_parent_camera
     return T_parent_camera
@@ -94,13 +94,13 @@ def T_lidar_camera() -> np.ndarray:
 T_BASE_LIDAR = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0], [0, 0, 1, 1.9], [0, 0, 0, 1]])
 
 
-def links_of_the_car() -> dict[str, list[list[float]]]:
+def links_of_the_car():
     """Where camera and scanner stand on the base."""
     T_base_camera = T_BASE_LIDAR @ T_lidar_camera()
     return {"lidar": T_BASE_LIDAR.tolist(), "camera_optical_frame": T_base_camera.tolist()}
 
 
-def check_poses_of_the_base(peer: Peer, expected: list[FrameResult]) -> None:
+def check_poses_of_the_base(peer, expected):
     """The motion of the scanner between two frames, carried to the base by hand."""
     first, second = peer.heard["pose"][:2]
     by_stamp = {record.stamp_ns: record.T_odom_frame for record in expected}
@@ -113,7 +113,7 @@ def check_poses_of_the_base(peer: Peer, expected: list[FrameResult]) -> None:
 
 
 def test_without_tf2_the_node_says_where_to_get_it(start):
-    node: NodeProcess = start(*lidar_arguments())
+    node = start(*lidar_arguments())
     assert node.exit_code() == 2
     assert "tf2_ros, which is missing" in node.log
     assert "extrinsics as x y z qx qy qz qw" in node.log

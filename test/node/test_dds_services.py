@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Services of the node, and the signals that end it."""
+"""Topics and services of the node are those of docs/node.md; what the services do, and the signals that end it."""
 
+import re
 import signal
 import time
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from vigg_ros_testing.node_recordings import vector_of
-from vigg_ros_testing.registrar_process import depth_arguments, parameters
+from vigg_ros_testing.registrar_process import ROOT, depth_arguments, parameters
 from vigg_ros_testing.rendered_frames import frame, send, send_and_wait, stamp_of_frame
 from vigg_ros_testing.ros_peer import stamp_of
 
@@ -20,11 +21,68 @@ SLOW = parameters(
 )  # fmt: skip
 """So that a registration of a small frame takes long enough to be interrupted."""
 
+OF_EVERY_NODE = {"/rosout": "rcl_interfaces/Log", "/parameter_events": "rcl_interfaces/ParameterEvent"}
+
+
+def documented(section):
+    """Names of a table of docs/node.md with the two cells behind them."""
+    page = (ROOT / "docs" / "node.md").read_text()
+    (found,) = re.findall(rf"{section}\n\|---.*?\n((?:\|.*\n)+)", page)
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in found.splitlines()]
+    return {row[0].strip("`"): (row[1], row[2]) for row in rows}
+
+
+def full(name):
+    """The name as the graph has it."""
+    return name.replace("~", "/registrar") if name.startswith(("~", "/")) else f"/{name}"
+
+
+def types_by_name(peer, role, node_name):
+    """What a node publishes, subscribes to or offers as a service, as far as it is discovered."""
+    found = getattr(peer.node, f"get_{role}_names_and_types_by_node")(node_name, "/")
+    return {name: types[0].replace("/msg/", "/").replace("/srv/", "/") for name, types in found}
+
+
+def test_published_topics_have_the_documented_types_and_qos(node, peer):
+    table = documented(r"\| topic \| type \| QoS \| meaning \|")
+    expected = {full(name): kind for name, (kind, _) in table.items() if name != "/tf"} | OF_EVERY_NODE
+    peer.wait(lambda: types_by_name(peer, "publisher", "registrar") == expected, f"the topics {expected}")
+    for name, (_, qos) in table.items():
+        for info in peer.node.get_publishers_info_by_topic(full(name)):
+            said = "best effort" if info.qos_profile.reliability.name == "BEST_EFFORT" else "reliable"
+            said = "transient local" if info.qos_profile.durability.name == "TRANSIENT_LOCAL" else said
+            assert qos.startswith(said)
+
+
+def test_services_are_documented(node, peer):
+    table = documented(r"\| service \| type \| what it does \|")
+    expected = {full(name): kind for name, (kind, _) in table.items()}
+
+    def offered():
+        found = types_by_name(peer, "service", "registrar")
+        return {name: kind for name, kind in found.items() if kind.startswith("std_srvs/")}
+
+    peer.wait(lambda: offered() == expected, f"the services {expected}")
+
+
+def test_subscribed_topics_are_documented(start, node, peer):
+    table = documented(r"\| topic \| type \| notes \|")
+    for name, (kinds, _) in table.items():
+        if name != "points":
+            kind = peer.wait(lambda n=name: types_by_name(peer, "subscriber", "registrar").get(full(n)), name)
+            assert kind in kinds
+    cloud = start(*parameters(extrinsics="0 0 0 0 0 0 1"), "-r", "__node:=cloud").wait_until_ready()
+    peer.wait(lambda: "cloud" in peer.node.get_node_names(), "the other node")
+    points = peer.wait(lambda: types_by_name(peer, "subscriber", "cloud").get("/points"), "a subscription of points")
+    assert points == table["points"][0]
+    assert "/depth/image" not in types_by_name(peer, "subscriber", "cloud")
+    assert cloud.stop()[0] == 0
+
 
 def test_reset_begins_a_new_session_at_the_origin(node, peer):
     first = send_and_wait(peer, frame(0))
     assert send_and_wait(peer, frame(3))["state"] == "TRACKING"
-    response, _ = peer.call("reset")
+    response = peer.call("reset")
     assert response.success
     again = send_and_wait(peer, frame(1))
     assert (again["state"], again["stamp_ns"]) == ("STARTED", str(stamp_of_frame(1))), "stamps may begin anew too"
@@ -48,7 +106,7 @@ def test_pause_lets_frames_pass_and_the_next_frame_is_a_keyframe_on_request(node
     send_and_wait(peer, frame(0))
     peer.call("pause", data=True)
     assert send_and_wait(peer, frame(1))["state"] == "PAUSED"
-    response, _ = peer.call("pause", data=False)
+    response = peer.call("pause", data=False)
     assert response.message == "running"
     after = send_and_wait(peer, frame(2))
     assert (after["state"], after["keyframe"], after["new_keyframe"]) == ("TRACKING", "0", "False")
@@ -59,7 +117,7 @@ def test_pause_lets_frames_pass_and_the_next_frame_is_a_keyframe_on_request(node
 
 
 def test_without_output_dir_nothing_is_saved(node, peer):
-    response, _ = peer.call("save_trajectory")
+    response = peer.call("save_trajectory")
     assert not response.success
     assert "output_dir" in response.message
 
@@ -69,7 +127,7 @@ def test_resets_at_50_hz_leave_the_node_well(node, peer):
     for number in range(20):
         send(peer, frame(number))
         begun_s = time.monotonic()
-        assert peer.call("reset")[0].success
+        assert peer.call("reset").success
         time.sleep(max(0.0, 0.02 - (time.monotonic() - begun_s)))
     peer.wait(lambda: len(peer.answers()) == 20, "one answer to each frame")
     assert {one["state"] for one in peer.answers()} <= {"STARTED", "DISCARDED", "DROPPED", "REFUSED"}
@@ -83,7 +141,7 @@ def test_the_trajectory_is_saved_on_request_and_at_a_sigterm_during_a_registrati
     peer.withdraw()
     slow_node = start(*SLOW, *parameters(output_dir=tmp_path, save_at_exit=True)).wait_until_ready()
     assert send_and_wait(peer, frame(2))["state"] == "STARTED"
-    paths = [Path(peer.call("save_trajectory")[0].message) for _ in range(2)]
+    paths = [Path(peer.call("save_trajectory").message) for _ in range(2)]
     assert paths[0] != paths[1]
     title, line = paths[0].read_text().splitlines()
     assert title.startswith("# session")

@@ -25,7 +25,7 @@ def clock(monkeypatch):
     return now_s
 
 
-def placed(x_m: float, *, yaw_deg: float = 0.0) -> np.ndarray:
+def placed(x_m, *, yaw_deg=0.0):
     T = np.eye(4)
     T[:3, :3] = Rotation.from_euler("z", yaw_deg, degrees=True).as_matrix()
     T[0, 3] = x_m
@@ -38,7 +38,7 @@ T_ODOM_WORLD = placed(-3.0, yaw_deg=120.0)
 """The odometry frame is any other frame than the truth's."""
 
 
-def answered(truth: Trajectory | None, poses: list[np.ndarray], *, first: str = "pose", starts: int = 0) -> LiveFrames:
+def answered(truth, poses, *, first="pose", starts=0):
     """All frames, each answered at once, by pose and status in either order; sessions begin with 0 and ``starts``."""
     frames = LiveFrames(truth)
     for k, (stamp_ns, T_odom_frame) in enumerate(zip(STAMPS_NS, poses, strict=True)):

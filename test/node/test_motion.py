@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -20,7 +19,7 @@ small = st.floats(-1.5, 1.5)
 vectors = st.tuples(small, small, small).map(np.array)
 
 
-def motion(linear: NDArray[np.float64], angular: NDArray[np.float64]) -> NDArray[np.float64]:
+def motion(linear, angular):
     """What a constant twist does in one second, by the matrix exponential."""
     generator = np.zeros((4, 4))
     generator[:3, :3] = [[0, -angular[2], angular[1]], [angular[2], 0, -angular[0]], [-angular[1], angular[0], 0]]
@@ -28,7 +27,7 @@ def motion(linear: NDArray[np.float64], angular: NDArray[np.float64]) -> NDArray
     return np.asarray(expm(generator))
 
 
-def pose(T: NDArray[np.float64], sigma: float = 0.01) -> UncertainPose:
+def pose(T, sigma=0.01):
     return UncertainPose(T, sigma**2 * np.eye(6))
 
 
@@ -91,10 +90,10 @@ def test_an_uncertain_angle_of_the_sensor_moves_a_base_that_is_far_from_it():
 
 
 def test_the_mount_is_looked_up_once_for_each_sensor():
-    asked: list[tuple[str, str]] = []
+    asked = []
     T_base_sensor = motion(np.array([1.0, 0, 0]), np.zeros(3))
 
-    def lookup(target: str, source: str) -> NDArray[np.float64] | None:
+    def lookup(target, source):
         asked.append((target, source))
         return T_base_sensor if source.startswith("camera") else None
 
@@ -115,7 +114,7 @@ def test_the_mount_is_looked_up_once_for_each_sensor():
 
 def test_a_lookup_waits_for_a_link_that_comes_late():
     answers = iter([None, None, np.eye(4)])
-    waits: list[float] = []
+    waits = []
     found = waiting_lookup(lambda target, source: next(answers), 10.0, waits.append)("a", "b")
     assert found is not None
     assert len(waits) == 2

@@ -3,7 +3,6 @@
 """The node's parameters, without ROS: what is accepted, coerced, suggested, and refused together."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,7 +131,7 @@ def test_options_that_users_set_most_have_short_names(long):
         Settings.resolve({short: value, long: value})
 
 
-def notes(path: Path) -> list[str]:
+def notes(path):
     return list(notes_on_files(["--params-file", str(path)], "/registrar"))
 
 

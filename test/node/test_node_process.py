@@ -22,11 +22,11 @@ time.sleep(60)
 """
 
 
-def program(code: str, folder: Path) -> NodeProcess:
+def program(code, folder):
     return NodeProcess([sys.executable, "-c", code], folder / "node.log", os.environ)
 
 
-def wait_for(text: str, folder: Path) -> None:
+def wait_for(text, folder):
     end_s = time.monotonic() + 20
     while text not in (folder / "node.log").read_text():
         assert time.monotonic() < end_s

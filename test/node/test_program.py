@@ -4,21 +4,17 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from vigg_ros_testing.registrar_process import HAS_ROS, NO_ROS, ROOT
 
 
-def registrar(*arguments: str, without: str = "", folder: Path | None = None) -> subprocess.CompletedProcess[str]:
+def registrar(*arguments, without):
     """Run it in a process in which a module cannot be imported."""
-    code = (
-        f"import sys; sys.modules[{without!r}] = None\n" if without else "import sys\n"
-    ) + "from vigg_ros.node import main; sys.exit(main(sys.argv[1:]))"
-    return subprocess.run(
-        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, cwd=folder or ROOT, check=False
-    )
+    code = f"import sys; sys.modules[{without!r}] = None; from vigg_ros.node import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
 
 
 def test_without_ros_there_is_one_line_with_both_remedies():

@@ -4,25 +4,19 @@
 
 import threading
 import time
-from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds import HandheldLoop, render_rgbd, room
-from vigg_ros.messages.fields import Message
 from vigg_ros.messages.sensor_messages import encode_image
 from vigg_ros.node.scheduler import Scheduler
-from vigg_ros.pipeline import Pipeline, Received
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.camera import Camera
 from vigg_ros.registration.config import Config
-from vigg_ros.sensors.input_decoder import Role
 from vigg_ros.sensors.observation import Calibration
-from vigg_ros.tracking.frame_result import FrameResult
-from vigg_ros.tracking.sensor_mount import BaseResult, MountFinder, SensorMount
+from vigg_ros.tracking.sensor_mount import MountFinder, SensorMount
+from vigg_ros_testing.real_messages import through_ros_2_bag
 from vigg_ros_testing.short_recordings import CHEAP
 
 CAMERA = Camera(160, 120, 131.0, 131.0, 79.5, 59.5)
@@ -36,24 +30,17 @@ def views():
     return [render_rgbd(world, CAMERA, path.T_world_camera(number / 15)) for number in range(6)]
 
 
-def as_received(value: Any) -> Any:
-    """The fields of a message as attributes, as rclpy's messages have them."""
-    if isinstance(value, Message):
-        return SimpleNamespace(**{name: as_received(one) for name, one in value.fields.items()})
-    return value
-
-
 class Harness:
     """A scheduler, and the results that it publishes."""
 
-    def __init__(self) -> None:
-        self.results: list[FrameResult] = []
-        self.failures: list[BaseException] = []
+    def __init__(self):
+        self.results = []
+        self.failures = []
         self.unpublishable = 0
         """So many results more cannot be published."""
         self.hold = threading.Event()
         self.hold.set()
-        self.find_mount: Callable[[str], SensorMount] = MountFinder("", lambda target, source: None)
+        self.find_mount = MountFinder("", lambda target, source: None)
         self.pipeline = Pipeline(CONFIG)
         self.pipeline.pair(Calibration(0, "cam", CAMERA))
         self.scheduler = Scheduler(
@@ -61,36 +48,36 @@ class Harness:
         )
         self.scheduler.worker.start()
 
-    def _mount(self, frame_id: str) -> SensorMount:
+    def _mount(self, frame_id):
         """Where the worker is stopped by the tests: after it has built a frame, before it registers it."""
         assert self.hold.wait(30.0)
         return self.find_mount(frame_id)
 
-    def _publish(self, result: FrameResult, base: BaseResult | None) -> None:
+    def _publish(self, result, base):
         if self.unpublishable:
             self.unpublishable -= 1
             raise OSError("cannot be published")
         self.results.append(result)
 
-    def receive(self, role: Role, pixels: NDArray[Any], stamp_ns: int) -> Received:
-        message = as_received(encode_image(pixels, stamp_ns=stamp_ns, frame_id="cam"))
+    def receive(self, role, pixels, stamp_ns):
+        message = through_ros_2_bag(encode_image(pixels, stamp_ns=stamp_ns, frame_id="cam"))
         return self.scheduler.receive(role, message, arrived_s=time.monotonic())
 
-    def send(self, view: tuple[NDArray[np.uint8], NDArray[np.float32]], number: int) -> int:
+    def send(self, view, number):
         stamp_ns = START_NS + number * STEP_NS
         self.receive("image", view[0], stamp_ns)
         self.receive("depth", view[1], stamp_ns)
         return stamp_ns
 
-    def wait(self, count: int) -> list[str]:
+    def wait(self, count):
         self.wait_until(lambda: len(self.results) >= count)
         return [result.state.value for result in self.results]
 
-    def wait_until_busy(self) -> None:
+    def wait_until_busy(self):
         worker = self.scheduler.worker
         self.wait_until(lambda: worker.ready.is_set() and worker.is_busy)
 
-    def wait_until(self, is_true: Callable[[], bool]) -> None:
+    def wait_until(self, is_true):
         end_s = time.monotonic() + 60.0
         while not is_true():
             assert time.monotonic() < end_s, f"only {self.results}"
@@ -157,7 +144,7 @@ def test_a_mount_that_is_not_known_refuses_the_frame(harness, views):
 
 
 def test_an_internal_error_costs_one_frame(harness, views):
-    def broken_once(frame_id: str) -> SensorMount:
+    def broken_once(frame_id):
         if not harness.failures:
             raise RuntimeError("unforeseen")
         return SensorMount(np.eye(4))

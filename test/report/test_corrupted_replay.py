@@ -17,10 +17,8 @@ import hashlib
 import os
 import shutil
 from collections import Counter, defaultdict
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,14 +29,13 @@ from vigg_ros.cli.main import main
 from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
-from vigg_ros.registration.frame import Frame
-from vigg_ros.registration.result import Outcome, Registration
+from vigg_ros.registration.result import Registration
 from vigg_ros.registration.vigg import extract, register
 from vigg_ros.sensors.header import stamp_ns
 from vigg_ros.tracking.assembly import SyncedFrame, SyncedMessages
 from vigg_ros_testing.pipeline_runs import messages_of
 from vigg_ros_testing.recording_damage import damaged_bag
-from vigg_ros_testing.short_recordings import CHEAP, ROOM, Entry, Watched, short_entries, watch_replay, write_entries
+from vigg_ros_testing.short_recordings import CHEAP, ROOM, short_entries, watch_replay, write_entries
 
 SEEDS = int(os.environ.get("VIGG_SEEDS", "6"))
 QUIET_SEEDS = 20
@@ -53,28 +50,25 @@ WROTE = {ExitCode.OK, ExitCode.PARTLY_READABLE}
 class CleanRecording:
     """The frames of the clean bag, and the registration of any two of them."""
 
-    def __init__(self, entries: list[Entry], bag: Path) -> None:
+    def __init__(self, entries, bag):
         self.entries = entries
         self.prints = fingerprints(bag)
         self.frames = frames_of(bag)
         self.features = cache(lambda stamp: extract(self.frames[stamp], CONFIG))
-        self.register: Callable[[int, int], Outcome] = cache(self._register)
+        self.register = cache(lambda target, source: register(self.features(target), self.features(source), CONFIG))
 
-    def _register(self, target_ns: int, source_ns: int) -> Outcome:
-        return register(self.features(target_ns), self.features(source_ns), CONFIG)
-
-    def holds(self, frame: Frame) -> bool:
+    def holds(self, frame):
         """Whether the frame is one of the clean recording, bit by bit."""
         clean = self.frames.get(frame.stamp_ns)
-        return clean is not None and same_frame(clean, frame)
+        return (
+            clean is not None
+            and clean.camera == frame.camera
+            and np.array_equal(clean.image, frame.image)
+            and np.array_equal(clean.geometry.depth_m, frame.geometry.depth_m)
+        )
 
 
-def same_frame(one: Frame, other: Frame) -> bool:
-    same_image = np.array_equal(one.image, other.image)
-    return same_image and one.camera == other.camera and np.array_equal(one.geometry.depth_m, other.geometry.depth_m)
-
-
-def frames_of(bag: Path) -> dict[int, Frame]:
+def frames_of(bag):
     pipeline = Pipeline(CONFIG)
     messages = ((role, message) for role, message in messages_of(bag) if role != "ground_truth")
     found = [one for role, message in messages for one in pipeline.receive(role, message).found]
@@ -82,9 +76,9 @@ def frames_of(bag: Path) -> dict[int, Frame]:
     return {one.frame.stamp_ns: one.frame for one in built if isinstance(one, SyncedFrame)}
 
 
-def fingerprints(bag: Path) -> dict[str, dict[int, set[str]]]:
+def fingerprints(bag):
     """What each topic holds at each stamp: hashes of everything that a frame is made of."""
-    found: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
+    found = defaultdict(lambda: defaultdict(set))
     with BagReader(bag) as reader:
         for item in reader.messages(order="log"):
             try:
@@ -96,10 +90,10 @@ def fingerprints(bag: Path) -> dict[str, dict[int, set[str]]]:
     return found
 
 
-def undamaged(stamp: int, clean: CleanRecording, prints: dict[str, dict[int, set[str]]]) -> bool:
+def undamaged(stamp, clean, prints):
     """Whether all that this frame is made of is in the recording as it was: image, depth, every calibration."""
 
-    def near(held: dict[int, set[str]]) -> dict[int, set[str]]:
+    def near(held):
         return {other: hashes for other, hashes in held.items() if abs(other - stamp) <= SLOP_NS}
 
     for topic, held in clean.prints.items():
@@ -112,7 +106,7 @@ def undamaged(stamp: int, clean: CleanRecording, prints: dict[str, dict[int, set
     return True
 
 
-def check(watched: Watched, bag: Path, clean: CleanRecording, how: str) -> Counter[str]:
+def check(watched, bag, clean, how):
     """All that the head of this file promises; returns how many frames were compared, and how they fared."""
     counts = Counter({"replays": 1, f"exit {watched.exit_code}": 1})
     assert watched.exit_code in DECLARED, how
@@ -126,7 +120,7 @@ def check(watched: Watched, bag: Path, clean: CleanRecording, how: str) -> Count
     for stamp in intact:
         assert stamp in rows, f"{how}: {stamp} left no row"
         assert rows[stamp]["sigma_translation_m"] or rows[stamp]["reason"], f"{how}: {stamp} has no reason"
-    keyframe_poses: dict[tuple[int, int], np.ndarray] = {}
+    keyframe_poses = {}
     for result in watched.steps:
         counts.update(compare(result, clean, intact, how))
         if result.T_odom_frame is not None:
@@ -136,7 +130,7 @@ def check(watched: Watched, bag: Path, clean: CleanRecording, how: str) -> Count
     return counts
 
 
-def compare(result, clean: CleanRecording, intact: set[int], how: str) -> Counter[str]:
+def compare(result, clean, intact, how):
     if result.stamp_ns in intact:
         assert clean.holds(result.compared.frame), f"{how}: {result.stamp_ns} is another frame than when clean"
     if not clean.holds(result.compared.frame):
@@ -151,7 +145,7 @@ def compare(result, clean: CleanRecording, intact: set[int], how: str) -> Counte
     return Counter({"frames equal to the clean ones": 1})
 
 
-def check_chain(result, poses: dict[tuple[int, int], np.ndarray], how: str) -> None:
+def check_chain(result, poses, how):
     """The pose is the keyframe's pose times the registration."""
     if result.compared.keyframe is None:
         assert np.array_equal(result.T_odom_frame, np.eye(4)), how
@@ -168,7 +162,7 @@ def clean(tmp_path_factory):
     return CleanRecording(entries, write_entries(tmp_path_factory.mktemp("clean") / "room", entries))
 
 
-def check_doctor(doctor_code: int, replay_code: int, how: str) -> Counter[str]:
+def check_doctor(doctor_code, replay_code, how):
     """The doctor ends as declared; it may miss what stands behind the few messages that it decodes, no more."""
     assert doctor_code in DECLARED - {ExitCode.USAGE}, how
     assert (doctor_code == ExitCode.UNREADABLE) == (replay_code == ExitCode.UNREADABLE), how
@@ -196,7 +190,7 @@ def test_the_undamaged_recording_is_equal_to_itself_and_one_bit_is_a_difference(
 )
 @pytest.mark.hostile("Bags: log time out of order: order by header stamp")
 def test_random_damage_ends_as_declared_and_spares_what_is_whole(clean, tmp_path, monkeypatch, capsys):
-    total: Counter[str] = Counter()
+    total = Counter()
     for seed in range(SEEDS):
         bag, how = damaged_bag(clean.entries, tmp_path / f"bag_{seed}", seed)
         watched = watch_replay(bag, tmp_path / f"out_{seed}", monkeypatch)

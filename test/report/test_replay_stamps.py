@@ -11,15 +11,7 @@ import pytest
 from vigg_ros.bags.decoding import message_types
 from vigg_ros.cli.console import ExitCode
 from vigg_ros.sensors.header import stamp_ns
-from vigg_ros_testing.short_recordings import (
-    ROOM,
-    SECOND_NS,
-    Entry,
-    looped,
-    short_entries,
-    watch_replay,
-    write_entries,
-)
+from vigg_ros_testing.short_recordings import ROOM, SECOND_NS, looped, short_entries, watch_replay, write_entries
 
 COLOUR, INFO = "/camera/color/image_raw/compressed", "/camera/color/camera_info"
 
@@ -36,15 +28,15 @@ def watch(tmp_path, monkeypatch):
     return lambda entries: watch_replay(write_entries(tmp_path / "bag", entries), tmp_path / "out", monkeypatch)
 
 
-def stamp_of(one: Entry) -> int:
+def stamp_of(one):
     return stamp_ns(message_types().deserialize_cdr(one.data, one.type).header.stamp)
 
 
-def places_of(entries: list[Entry], topic: str) -> list[int]:
+def places_of(entries, topic):
     return [place for place, one in enumerate(entries) if one.topic == topic]
 
 
-def of_the_frame_before(entries: list[Entry]) -> tuple[int, int]:
+def of_the_frame_before(entries):
     return divmod(stamp_of(entries[places_of(entries, COLOUR)[2]]), SECOND_NS)
 
 

@@ -37,8 +37,7 @@ def recording():
 
 @pytest.fixture(scope="module")
 def accuracy(recording):
-    metrics = measure(recording)
-    return metrics.pooled
+    return measure(recording).pooled
 
 
 def test_every_scan_is_answered(recording):
@@ -46,11 +45,7 @@ def test_every_scan_is_answered(recording):
     assert recording.coverage == 1
     assert not recording.refused
     assert recording.frame_id == "lidar"
-
-
-def test_each_answer_is_at_the_stamp_of_its_scan(recording):
-    stamps_ns = [record.stamp_ns for record in recording.frames]
-    assert stamps_ns == [pose.stamp_ns for pose in recording.truth]
+    assert [record.stamp_ns for record in recording.frames] == [pose.stamp_ns for pose in recording.truth]
 
 
 def test_poses_are_within_the_range_noise(accuracy):
@@ -79,13 +74,6 @@ def test_motion_from_frame_to_frame_is_within_the_range_noise(accuracy):
     steady = ~np.isin(np.arange(SCANS - 1), beside)
     assert accuracy.consecutive.translation_m[steady].max() < 0.02
     assert accuracy.consecutive.rotation_deg[steady].max() < 0.1
-
-
-def test_replaying_again_gives_the_same_bytes(recording):
-    again = replay(frames=8)
-    assert len(again.frames) == 8
-    for first, second in zip(recording.frames[:8], again.frames, strict=True):
-        assert first.T_odom_frame.tobytes() == second.T_odom_frame.tobytes()
 
 
 def test_without_transforms_every_scan_is_refused_and_none_lost():

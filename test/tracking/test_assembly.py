@@ -3,7 +3,6 @@
 """Colour and depth into frames: every colour image becomes a frame or a refusal with a code, exactly once."""
 
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +12,9 @@ from hypothesis import strategies as st
 
 from vigg_ros.registration import Camera
 from vigg_ros.registration.options import PairingConfig
-from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, StampedPose
+from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, StampedPose
 from vigg_ros.sensors.rectification import Rectifier
-from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal, SyncedFrame, SyncedMessages
+from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame, SyncedMessages
 from vigg_ros_testing.pipeline_runs import assemble
 
 START_NS = 1_772_013_245_123_456_789
@@ -24,28 +23,28 @@ CAMERA = Camera(width_px=8, height_px=6, fx_px=7.0, fy_px=7.0, cx_px=3.5, cy_px=
 PAIRING = PairingConfig(sync_slop_s=0.02, queue_size=5)
 
 
-def colour(at_ms: int, shape: tuple[int, ...] = (6, 8, 3), grey: int = 0) -> ColourImage:
+def colour(at_ms, shape=(6, 8, 3), grey=0):
     return ColourImage(START_NS + at_ms * MS, "optical", np.full(shape, grey, np.uint8))
 
 
-def depth(at_ms: int, shape: tuple[int, int] = (6, 8), metres: float = 1.0) -> DepthImage:
+def depth(at_ms, shape=(6, 8), metres=1.0):
     return DepthImage(START_NS + at_ms * MS, "optical", np.full(shape, metres, np.float32))
 
 
-def calibration(at_ms: int = 0, camera: Camera = CAMERA, **fields: object) -> Calibration:
+def calibration(at_ms=0, camera=CAMERA, **fields):
     return Calibration(START_NS + at_ms * MS, "optical", camera, **fields)
 
 
-def pair(at_ms: int) -> tuple[ColourImage, DepthImage]:
+def pair(at_ms):
     return colour(at_ms), depth(at_ms)
 
 
-def built(observations: Iterable[Observation], *, flush: bool = True) -> list[Assembled]:
+def built(observations, *, flush=True):
     assembler = FrameAssembler(PAIRING)
     return assemble(assembler, *observations, end=flush)
 
 
-def summary(assembled: Iterable[Assembled]) -> list[tuple[int, str]]:
+def summary(assembled):
     """When (ms), and "frame" or the code of the refusal."""
     return [
         ((one.frame.stamp_ns - START_NS) // MS, "frame") if isinstance(one, SyncedFrame)
@@ -56,7 +55,6 @@ def summary(assembled: Iterable[Assembled]) -> list[tuple[int, str]]:
 
 def test_a_frame_has_the_stamp_and_name_of_its_colour_image_and_the_depth_beside_it():
     (made,) = built([calibration(), depth(15, metres=2.5), colour(10, grey=7), depth(90)])
-    assert isinstance(made, SyncedFrame)
     assert (made.frame.stamp_ns, made.frame_id, made.session) == (START_NS + 10 * MS, "optical", 0)
     assert (made.frame.image == 7).all()
     np.testing.assert_allclose(made.frame.points()[:, 2], 2.5)
@@ -107,7 +105,6 @@ def test_an_image_of_another_aspect_is_refused():
 @SIZE_ROW
 def test_an_image_of_equal_aspect_gets_a_scaled_camera():
     (made,) = built([calibration(), colour(0, (12, 16, 3)), depth(0, (12, 16))])
-    assert isinstance(made, SyncedFrame)
     # Twice the size: the edge of the first pixel stays at -0.5, so 3.5 goes to 2 (3.5 + 0.5) - 0.5.
     assert made.frame.camera == Camera(16, 12, 14.0, 14.0, 7.5, 5.5)
     refused = built([calibration(cropped=True), colour(0, (12, 16, 3)), depth(0, (12, 16))])
@@ -122,7 +119,6 @@ def test_raw_images_are_rectified_together_with_their_depth():
     metres = np.tile(np.arange(1, 9, dtype=np.float32), (6, 1))
     raw = ColourImage(START_NS, "optical", image), DepthImage(START_NS, "optical", metres)
     (made,) = built([calibration(camera=shifted, rectifier=rectifier), *raw])
-    assert isinstance(made, SyncedFrame)
     # Column u of the rectified image shows column u + 1 of the raw one; the last shows nothing.
     assert made.frame.image[2, :7].tolist() == [10, 20, 30, 40, 50, 60, 70]
     z = made.frame.points()[:, 2]
@@ -211,5 +207,4 @@ def test_messages_are_built_with_the_calibration_that_held_when_their_pair_was_c
     assemble(assembler, calibration(50, replace(CAMERA, fx_px=9.0)))
     assert isinstance(messages, SyncedMessages)
     built = assembler.build(messages)
-    assert isinstance(built, SyncedFrame)
     assert built.frame.camera == CAMERA

@@ -12,20 +12,20 @@ from vigg_ros.tracking.chain import UncertainPose
 Pose = NDArray[np.float64]
 
 
-def pose(rotation_deg: tuple[float, float, float], translation_m: tuple[float, float, float]) -> Pose:
+def pose(rotation_deg, translation_m):
     T_parent_child = np.eye(4)
     T_parent_child[:3, :3] = Rotation.from_rotvec(rotation_deg, degrees=True).as_matrix()
     T_parent_child[:3, 3] = translation_m
     return T_parent_child
 
 
-def covariance(rng: np.random.Generator, sigma: float = 0.01) -> Pose:
+def covariance(rng, sigma=0.01):
     """A full one of about sigma on each axis."""
     root = rng.normal(0, sigma / np.sqrt(6), (6, 6))
     return root @ root.T
 
 
-def disturbed(T: Pose, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+def disturbed(T, steps):
     """The pose (N, 4, 4) with errors (N, 6) as geometry_msgs means them: t + dt, exp(dr) R."""
     out = np.tile(T, (len(steps), 1, 1))
     out[:, :3, 3] += steps[:, :3]

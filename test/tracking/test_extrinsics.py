@@ -2,22 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Chains of static transforms."""
 
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import choose_topics
-from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat
+from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, flat
 from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image, encode_points
 from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse
 from vigg_ros.report.bag_messages import read_extrinsics, read_messages
-from vigg_ros.tracking.extrinsics import Lookup, StaticTree, fixed
-from vigg_ros.tracking.frame_result import FrameResult, State
+from vigg_ros.tracking.extrinsics import StaticTree, fixed
+from vigg_ros.tracking.frame_result import State
 from vigg_ros_testing.bag_samples import CAMERA, COLOUR, INFO, START_NS, entry, tf_static_entry, write_bag
 
 EMPTY_ROW = pytest.mark.hostile("Frames and TF: Empty frame_id N with extrinsics by parameter, else R")
@@ -27,7 +26,7 @@ T_BASE_MAST = flat((0.5, 0.2, 1.0), 30.0)
 T_MAST_CAMERA = flat((0.0, 0.0, 0.4), -31.0)
 
 
-def car() -> StaticTree:
+def car():
     """base_link holds lidar and mast, the mast a camera, the camera its optical frame."""
     tree = StaticTree()
     tree.add("camera", "optical", T_BODY_OPTICAL)
@@ -37,7 +36,7 @@ def car() -> StaticTree:
     return tree
 
 
-def assert_same(actual: Pose | None, expected: Pose) -> None:
+def assert_same(actual, expected):
     # A product of four rotations keeps all but the last digits.
     np.testing.assert_allclose(actual, expected, atol=1e-14)
 
@@ -95,7 +94,7 @@ def test_a_frame_without_a_name_is_nowhere(target, source):
     assert caught.value.code == "FRAME_ID_EMPTY"
 
 
-def replayed_without_names(folder: Path, extrinsics: Lookup | None) -> tuple[FrameResult, list[str]]:
+def replayed_without_names(folder, extrinsics):
     """What a replay says of a bag with /tf_static whose image and scan have no frame_id; and its notes."""
     header = {"stamp_ns": START_NS, "frame_id": ""}
     # A grid that a camera without any offset from the scanner sees: only the names are wrong.
@@ -122,9 +121,3 @@ def test_a_bag_without_frame_names_is_refused_unless_the_extrinsics_are_given(tm
     taken, notes = replayed_without_names(tmp_path / "given", fixed(np.eye(4)))
     assert taken.reason == "NO_TEXTURE"  # so far it came: the image is black
     assert notes == ["FRAME_ID_EMPTY"] * 3
-
-
-def test_a_transform_given_by_the_user_answers_whatever_the_frames_are_called():
-    lookup = fixed(T_BASE_LIDAR)
-    assert_same(lookup("camera", "lidar"), T_BASE_LIDAR)
-    assert_same(lookup("", ""), T_BASE_LIDAR)

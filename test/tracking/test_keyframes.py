@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The buffer of keyframes is bounded, keeps the reference, and offers all others in turn."""
 
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,19 +9,19 @@ import pytest
 from vigg_ros.registration import Evidence, Registration
 from vigg_ros.registration.options import KeyframeConfig
 from vigg_ros.tracking.chain import UncertainPose
-from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
+from vigg_ros.tracking.keyframes import KeyframeBuffer, is_far
 
 
-def at(x: float) -> UncertainPose:
+def at(x):
     T_odom_frame = np.eye(4)
     T_odom_frame[0, 3] = x
     return UncertainPose(T_odom_frame, np.zeros((6, 6)))
 
 
-def filled(buffer_size: int, positions: list[float]) -> tuple[KeyframeBuffer, list[Keyframe]]:
+def filled(buffer_size, positions):
     """A buffer to which keyframes at these places were added; frames and features are not looked at."""
     buffer = KeyframeBuffer(KeyframeConfig(buffer_size=buffer_size))
-    nothing: Any = None
+    nothing = None
     return buffer, [buffer.add(nothing, nothing, at(x)) for x in positions]
 
 
@@ -47,7 +46,7 @@ def test_a_keyframe_returned_to_counts_as_the_newest():
     buffer.make_reference(keyframes[0])
     assert buffer.reference is keyframes[0]
     assert len(buffer) == 3
-    nothing: Any = None
+    nothing = None
     buffer.add(nothing, nothing, at(9))
     # Not the one returned to, but the oldest of the others had to go.
     assert {keyframe.id for keyframe in buffer.others(np.zeros(3), 9, 0)} == {2, 0}
@@ -65,7 +64,7 @@ def test_others_are_the_nearest_without_the_reference():
 def test_all_others_are_tried_in_time(others, count):
     """Each lost frame tries the next ones; none twice in the same frame."""
     buffer, _ = filled(20, [float(x) for x in range(others + 1)])
-    tried: list[int] = []
+    tried = []
     for turn in range(-(-others // count)):
         now = [keyframe.id for keyframe in buffer.others(np.zeros(3), count, turn)]
         assert len(set(now)) == len(now) == min(count, others)
@@ -73,7 +72,7 @@ def test_all_others_are_tried_in_time(others, count):
     assert set(tried) == set(range(others))
 
 
-def found(*, x: float = 0.0, turn_deg: float = 0.0, overlap: float = 0.9, inliers: int = 100) -> Registration:
+def found(*, x=0.0, turn_deg=0.0, overlap=0.9, inliers=100):
     T = np.eye(4)
     T[0, 3] = x
     cosine, sine = np.cos(np.deg2rad(turn_deg)), np.sin(np.deg2rad(turn_deg))

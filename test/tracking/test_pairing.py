@@ -3,7 +3,6 @@
 """Pairs against the definition, the largest and then the nearest assignment in order, in any order of arrival."""
 
 import tracemalloc
-from collections.abc import Iterable
 from functools import cache
 from itertools import combinations, takewhile
 
@@ -26,11 +25,11 @@ MS = 1_000_000
 START_NS = 1_772_013_245_123_456_789
 
 
-def pairing(slop: int = SLOP, queue: int = 100, *, reuse: bool = False) -> Pairing[int, int]:
+def pairing(slop=SLOP, queue=100, *, reuse=False):
     return Pairing(PairingConfig(sync_slop_s=slop / 1e9, queue_size=queue, reuse_depth=reuse))
 
 
-def run(arrivals: Iterable[Arrival], *settings: int, reuse: bool = False, flush: bool = True) -> list[SyncedPair]:
+def run(arrivals, *settings, reuse=False, flush=True):
     """What comes out with this slop and size of the queue; every item is its own stamp."""
     tested = pairing(*settings, reuse=reuse)
     add = (tested.add_first, tested.add_second)
@@ -38,19 +37,19 @@ def run(arrivals: Iterable[Arrival], *settings: int, reuse: bool = False, flush:
     return done + (tested.flush() if flush else [])
 
 
-def decisions(done: Iterable[SyncedPair], loop: int | None = None) -> list[Decision]:
+def decisions(done, loop=None):
     return [(one.first, one.second) for one in done if loop in (None, one.loop)]
 
 
-def pairs(done: Iterable[SyncedPair]) -> list[Decision]:
+def pairs(done):
     return [pair for pair in decisions(done) if pair[1] is not None]
 
 
-def by_definition(first: list[int], second: list[int], slop: int, *, reuse: bool = False) -> list[Decision]:
+def by_definition(first, second, slop, *, reuse=False):
     """Of all assignments in order: the most pairs, then the least sum of distances, then the least list of pairs."""
 
     @cache
-    def best(i: int, j: int) -> tuple[int, int, tuple[tuple[int, int], ...]]:
+    def best(i, j):
         """Of the first i and j stamps: minus the number of pairs, the sum, and the pairs."""
         if not i or not j:
             return 0, 0, ()
@@ -69,7 +68,7 @@ def by_definition(first: list[int], second: list[int], slop: int, *, reuse: bool
     return [(stamp, partners.get(stamp)) for stamp in first]
 
 
-def ascending(highest: int, size: int) -> st.SearchStrategy[list[int]]:
+def ascending(highest, size):
     return st.lists(st.integers(0, highest), unique=True, max_size=size).map(sorted)
 
 
@@ -117,7 +116,7 @@ def test_the_order_of_arrival_does_not_matter(stamps, slop, reuse, data):
 def test_a_pair_is_given_out_once_nothing_that_may_arrive_can_change_it(first, second, slop):
     """Not later: on each topic everything is tried that may still arrive up to stamp 9."""
 
-    def continued(known: list[int]) -> list[list[int]]:
+    def continued(known):
         later = range(max(known, default=-1) + 1, 10)
         return [[*known, *more] for count in range(len(first + second) + 1) for more in combinations(later, count)]
 
@@ -204,7 +203,7 @@ def test_from_a_second_on_it_is_a_new_loop():
     assert done == [SyncedPair(START_NS, START_NS + MS, 0)]
 
 
-def recording() -> list[Arrival]:
+def recording():
     """3 s of colour at 10 Hz, depth up to 30 ms beside it, a tenth of it missing; as they arrive."""
     rng = np.random.default_rng(0)
     arrivals = []
@@ -263,7 +262,7 @@ def test_a_topic_that_starts_late_joins_the_loop_that_is_on():
 @pytest.mark.parametrize("case", ["second silent", "first silent", "both", "never near", "second silent, looping"])
 def test_memory_is_bounded(case):
     """Items of 10 kB; a queue of 20 holds 0.4 MB of them, 1,000 of them would be 10 MB."""
-    tested: Pairing[bytes, bytes] = Pairing(PairingConfig(queue_size=20, reuse_depth=True))
+    tested = Pairing(PairingConfig(queue_size=20, reuse_depth=True))
     tracemalloc.start()
     try:
         for k in range(1000):
@@ -279,12 +278,3 @@ def test_memory_is_bounded(case):
         tracemalloc.stop()
     # Both sides of two loops at most.
     assert kept < 4 * 21 * 10_000 + 100_000
-
-
-def test_flush_gives_everything_once():
-    assert pairing().flush() == []
-    tested = pairing()
-    assert tested.add_second(12, 12) == tested.add_first(1, 1) == []
-    assert tested.add_first(90, 90) == [SyncedPair(1, 12, 0)]
-    assert tested.flush() == [SyncedPair(90, None, 0)]
-    assert tested.flush() == []

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bundled bags for the node: their messages as recorded, and what a replay says of them."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,11 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.registration.config import Config
 from vigg_ros.registration.quaternion import quaternion_from_rotation
-from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.frame_result import FrameResult
-from vigg_ros_testing.pipeline_runs import replay_bag
 from vigg_ros_testing.ros_peer import Peer, stamp_of
 from vigg_ros_testing.short_recordings import Entry, short_entries
 
@@ -33,11 +28,6 @@ def moments(bag: Path, topics: dict[str, str], count: int) -> list[Moment]:
         if one.topic in topics:
             found[one.topic].append(replace(one, topic=topics[one.topic]))
     return [list(moment) for moment in zip(*found.values(), strict=True)]
-
-
-def replayed(bag: Path, count: int, config: Config, lookup: Lookup | None = None) -> list[FrameResult]:
-    """What a replay says of the first frames."""
-    return list(replay_bag(bag, config, frames=count, lookup=lookup).frames)
 
 
 def publish(peer: Peer, moment: Moment) -> None:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The real node as a process on a DDS domain of its own."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import signal
@@ -79,7 +77,7 @@ class NodeProcess:
             time.sleep(0.02)
         raise AssertionError(f"no line with {text!r}; exit code {self.process.poll()}, log:\n{self.log}")
 
-    def wait_until_ready(self) -> NodeProcess:
+    def wait_until_ready(self) -> "NodeProcess":
         """Until the kernels are loaded and the topics subscribed."""
         self.wait_for("ready: ")
         return self

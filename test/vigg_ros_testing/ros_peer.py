@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The other side of the graph: publishes inputs to the node, and keeps what it answers."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -116,13 +114,16 @@ class Peer:
             self.node.destroy_publisher(publisher)
         self._publishers.clear()
 
-    def call(self, name: str, *, data: bool | None = None) -> tuple[Any, float]:
-        """Call a service of the node: its response, and the seconds it took."""
+    def call(self, name: str, *, data: bool | None = None) -> Any:
+        """The response of a service of the node that takes nothing or a switch."""
         kind = Trigger if data is None else SetBool
-        self._client(kind, name)
-        begun_s = time.monotonic()
-        response = self.request(kind, name, kind.Request() if data is None else kind.Request(data=data))
-        return response, time.monotonic() - begun_s
+        return self.request(kind, name, kind.Request() if data is None else kind.Request(data=data))
+
+    def begin_anew(self) -> None:
+        """Reset the node, and forget what it said before."""
+        self.call("reset")
+        self.wait_briefly(lambda: False, 0.1)
+        self.clear()
 
     def request(self, kind: Any, name: str, request: Any, timeout_s: float = 20.0) -> Any:
         """The response of a service of the node."""

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A few frames of a bag as raw messages, bags made of them, and replays of those bags that can be looked into."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rosbags import rosbag2
@@ -15,7 +14,6 @@ from rosbags.typesys import Stores, get_typestore
 
 from vigg_ros.cli import replay
 from vigg_ros.cli.main import main
-from vigg_ros.registration.config import Config
 from vigg_ros.tracking.frame_result import FrameResult
 
 ROOM, STREET = (Path(__file__).parents[2] / "bags" / name for name in ("room_rgbd", "street_lidar"))
@@ -78,18 +76,6 @@ class Watched:
     """Those that were registered, with what was compared."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Gallery:
-    """Keeps all steps, where the real one keeps a few pictures."""
-
-    config: Config
-    watched: Watched
-
-    def offer(self, result: FrameResult) -> None:
-        if result.state.was_registered:
-            self.watched.steps.append(result)
-
-
 def watch_replay(bag: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> Watched:
     """`vigg replay` as a user calls it, with CHEAP options and without its report."""
     watched = Watched(output=output)
@@ -99,9 +85,13 @@ def watch_replay(bag: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> Wa
         watched.records.extend(records)
         write_frames(records, path)
 
+    def offer(result: FrameResult) -> None:
+        if result.state.was_registered:
+            watched.steps.append(result)
+
     options = [word for name, value in CHEAP.items() for word in ("--set", f"{name}={value}")]
     with monkeypatch.context() as patch:
-        patch.setattr(replay, "Gallery", lambda config: _Gallery(config, watched))
+        patch.setattr(replay, "Gallery", lambda config: SimpleNamespace(offer=offer))
         patch.setattr(replay, "write_report", lambda *_: None)
         patch.setattr(replay, "write_frames", keep)
         watched.exit_code = main(["replay", str(bag), "--output", str(output), *options])

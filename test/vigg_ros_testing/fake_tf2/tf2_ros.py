@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A stand-in for tf2_ros in tests: links stand in the JSON file that FAKE_TF names, as T_base_link (4, 4) by frame."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

@@ -2,24 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The trajectory that is saved on request."""
 
-from collections.abc import Iterator
 from datetime import datetime
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.node import trajectory_log as trail_module
+from vigg_ros.node import trajectory_log
 from vigg_ros.node.trajectory_log import SaveError, TrajectoryLog
 
 
-def moved(x: float) -> np.ndarray:
+def moved(x):
     T_odom_frame = np.eye(4)
     T_odom_frame[0, 3] = x
     return T_odom_frame
 
 
-def with_poses(count: int, capacity: int = 1000) -> TrajectoryLog:
+def with_poses(count, capacity=1000):
     one = TrajectoryLog(capacity)
     for number in range(count):
         one.add(1_772_013_245_123_456_789 + number, 0, moved(number))
@@ -35,12 +34,6 @@ def test_stamps_keep_all_their_digits(tmp_path):
     )
 
 
-def test_a_new_session_begins_a_new_trail():
-    one = with_poses(5)
-    one.add(5, 3, moved(0))
-    assert (len(one), one.session) == (1, 3)
-
-
 def test_memory_is_bounded_and_what_was_forgotten_is_said():
     one = with_poses(250, capacity=100)
     assert len(one) <= 100
@@ -48,6 +41,8 @@ def test_memory_is_bounded_and_what_was_forgotten_is_said():
     lines = list(one.lines())
     assert lines[0] == f"# session 0, without its first {one.forgotten} poses"
     assert lines[-1].split()[1] == "249.000000000"
+    one.add(5, 3, moved(0))
+    assert (len(one), one.session) == (1, 3), "a new session begins a new trajectory"
 
 
 @pytest.mark.parametrize(
@@ -64,7 +59,7 @@ class StoppedClock(datetime):
     """Always the same moment, so that names collide."""
 
     @classmethod
-    def now(cls, tz: object = None) -> datetime:
+    def now(cls, tz=None):
         return datetime(2026, 2, 25, 12, 0, 0)
 
 
@@ -72,7 +67,7 @@ class StoppedClock(datetime):
     "System: disk full, read-only folder, existing path, symlink: an error, never overwritten or deleted"
 )
 def test_an_existing_file_or_link_is_never_overwritten(tmp_path, monkeypatch):
-    monkeypatch.setattr(trail_module, "datetime", StoppedClock)
+    monkeypatch.setattr(trajectory_log, "datetime", StoppedClock)
     first = with_poses(1).save(str(tmp_path))
     with pytest.raises(SaveError, match="exists"):
         with_poses(2).save(str(tmp_path))
@@ -88,9 +83,9 @@ def test_an_existing_file_or_link_is_never_overwritten(tmp_path, monkeypatch):
 
 def test_a_file_has_its_name_only_when_it_is_complete(tmp_path, monkeypatch):
     one = with_poses(3)
-    seen: list[list[str]] = []
+    seen = []
 
-    def lines(trail: TrajectoryLog) -> Iterator[str]:
+    def lines(trail):
         seen.append([path.suffix for path in tmp_path.iterdir()])
         yield "# session 0"
         raise OSError(28, "No space left on device")
@@ -114,7 +109,7 @@ def test_a_copy_stays_as_it_was_while_poses_are_added():
 
 
 def test_many_poses_are_written_as_each_one_alone(monkeypatch):
-    monkeypatch.setattr(trail_module, "_BLOCK", 7)
+    monkeypatch.setattr(trajectory_log, "_BLOCK", 7)
     one, expected = TrajectoryLog(), ["# session 0"]
     for number, rotation in enumerate(Rotation.random(50, random_state=3)):
         T_odom_frame = moved(number)
