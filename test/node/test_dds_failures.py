@@ -73,6 +73,7 @@ def test_a_refusal_that_cannot_be_told_does_not_end_the_node(peer, monkeypatch):
     send(peer, unusable)
     peer.wait(lambda: failures, "the attempt to refuse the image")
     assert send_and_wait(peer, frame(1))["state"] == "STARTED"
+    peer.wait(lambda: peer.heard["diagnostics"], "diagnostics")
 
 
 @pytest.mark.usefixtures("clean")

@@ -26,6 +26,8 @@ OPTIONS = {"geometric.sample_k": 2000}
 EXTRINSICS = "0.6 0.1 -0.4 -0.5149 0.4846 -0.4846 0.5149"
 """Near those of the bag; what matters is that node and replay get the same."""
 
+T_BASE_LIDAR = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0], [0, 0, 1, 1.9], [0, 0, 0, 1]])
+
 FAKE_TF2 = Path(__file__).parents[1] / "vigg_ros_testing" / "fake_tf2"
 FRAMES = 5
 
@@ -70,34 +72,15 @@ def test_scans_wait_for_tf_and_poses_are_those_of_the_base(start, peer, street, 
     assert {(one["state"], one["reason"]) for one in peer.answers()} == {("REFUSED", "NO_TF")}
     assert "no transform from 'lidar' to 'camera_optical_frame'" in node.wait_for("NO_TF")
     assert not peer.heard["pose"]
-    links.write_text(json.dumps(links_of_the_car()))
+    T_base_camera = T_BASE_LIDAR @ Settings.resolve({"extrinsics": EXTRINSICS}).T_parent_camera
+    links.write_text(json.dumps({"lidar": T_BASE_LIDAR.tolist(), "camera_optical_frame": T_base_camera.tolist()}))
     peer.call("reset")
     peer.clear()
-    play(peer, street_later(street))
+    play(peer, street[2:])  # what was refused has used up its stamps
     peer.wait(lambda: len(peer.heard["odom"]) >= 1, "odometry of the second frame")
     check_poses_of_the_base(peer, expected)
     assert [one.child_frame_id for one in peer.heard["tf"]] == ["base_link"] * len(peer.heard["pose"])
     assert node.stop()[0] == 0
-
-
-def street_later(street):
-    """The rest of the recording: what was refused has used up its stamps."""
-    return street[2:]
-
-
-def T_lidar_camera():
-    """Where the camera stands on the scanner."""
-    T_parent_camera = Settings.resolve({"extrinsics": EXTRINSICS}).T_parent_camera
-    return T_parent_camera
-
-
-T_BASE_LIDAR = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0], [0, 0, 1, 1.9], [0, 0, 0, 1]])
-
-
-def links_of_the_car():
-    """Where camera and scanner stand on the base."""
-    T_base_camera = T_BASE_LIDAR @ T_lidar_camera()
-    return {"lidar": T_BASE_LIDAR.tolist(), "camera_optical_frame": T_base_camera.tolist()}
 
 
 def check_poses_of_the_base(peer, expected):

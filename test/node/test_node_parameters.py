@@ -135,11 +135,14 @@ def notes(path):
     return list(notes_on_files(["--params-file", str(path)], "/registrar"))
 
 
-@pytest.mark.parametrize("value", ["=", "!foo odom", "2024-13-45", "\x07"])
-def test_what_only_rcl_can_read_gives_no_note_and_no_error(tmp_path, value):
+ODD = [("registrar", value, 0) for value in ("=", "!foo odom", "2024-13-45", "\x07")]
+
+
+@pytest.mark.parametrize(("section", "value", "count"), [("front_camera", "map", 1), *ODD])
+def test_a_file_for_another_node_is_noted_and_what_only_rcl_can_read_is_no_error(section, value, count, tmp_path):
     path = tmp_path / "odd.yaml"
-    path.write_text(f"registrar:\n  ros__parameters:\n    odom_frame: {value}\n")
-    assert notes(path) == []
+    path.write_text(f"{section}:\n  ros__parameters:\n    odom_frame: {value}\n")
+    assert len(notes(path)) == count
 
 
 def test_a_file_that_is_gone_or_no_text_gives_no_note(tmp_path):

@@ -39,9 +39,5 @@ def test_help_needs_neither_ros_nor_libraries(missing):
     assert ended.returncode == 0
     assert "--ros-args -p geometry:=depth" in ended.stdout
     assert "vigg replay BAG" in ended.stdout
-
-
-def test_the_table_of_parameters_needs_no_ros():
-    ended = registrar("--parameters", without="rclpy")
-    assert ended.returncode == 0
-    assert "| `max_rate` (dynamic) | 0.0 | 0 to 1000 Hz |" in ended.stdout
+    if missing == "rclpy":
+        assert "| `max_rate` (dynamic) | 0.0 | 0 to 1000 Hz |" in registrar("--parameters", without=missing).stdout

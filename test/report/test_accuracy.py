@@ -181,14 +181,6 @@ def test_swapping_truth_and_estimate_leaves_the_errors():
     assert forward.path_m != backward.path_m
 
 
-def test_moving_the_clock_leaves_the_errors():
-    here = compare(path(winding(25, seed=1)), path(winding(25, seed=2))).accuracy
-    later = 1_700_000_000 * SECOND
-    estimate, truth = (path(winding(25, seed=seed), start_ns=later) for seed in (1, 2))
-    there = compare(estimate, truth).accuracy
-    np.testing.assert_array_equal(figures(there), figures(here))
-
-
 def session(number, offset, count, received):
     """A square walked round and round, bent by the offset."""
     truth = [pose(*CORNERS[i % 4]) for i in range(count)]

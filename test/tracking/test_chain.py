@@ -94,16 +94,6 @@ def test_the_covariance_is_that_of_many_disturbed_chains(seed):
     np.testing.assert_allclose(found / scale, both.covariance / scale, atol=0.03)
 
 
-def test_composition_is_associative():
-    rng = np.random.default_rng(0)
-    a, b, c = (
-        UncertainPose(pose(tuple(rng.normal(0, 60, 3)), tuple(rng.normal(0, 2, 3))), covariance(rng)) for _ in range(3)
-    )
-    left, right = a.compose(b).compose(c), a.compose(b.compose(c))
-    np.testing.assert_allclose(left.T_parent_child, right.T_parent_child, atol=1e-12)
-    np.testing.assert_allclose(left.covariance, right.covariance, atol=1e-12)
-
-
 def test_a_long_chain_stays_a_rotation_and_its_covariance_grows():
     step = UncertainPose(pose((0.3, 1, -0.7), (0.1, 0.02, 0)), np.diag((1e-6,) * 6))
     here, sizes = UncertainPose.identity(), []

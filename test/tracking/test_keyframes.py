@@ -25,13 +25,6 @@ def filled(buffer_size, positions):
     return buffer, [buffer.add(nothing, nothing, at(x)) for x in positions]
 
 
-def test_an_empty_buffer_has_no_reference():
-    buffer, _ = filled(5, [])
-    assert buffer.reference is None
-    assert len(buffer) == 0
-    assert buffer.others(np.zeros(3), 3, 0) == []
-
-
 @pytest.mark.parametrize("size", [1, 2, 5])
 def test_the_oldest_makes_room(size):
     buffer, keyframes = filled(size, list(range(9)))
@@ -57,6 +50,8 @@ def test_others_are_the_nearest_without_the_reference():
     assert [keyframe.id for keyframe in buffer.others(np.array([0.9, 0, 0]), 3, 0)] == [2, 0, 1]
     assert [keyframe.id for keyframe in buffer.others(np.array([8.0, 0, 0]), 2, 0)] == [3, 1]
     assert buffer.others(np.zeros(3), 0, 4) == []
+    empty, _ = filled(5, [])
+    assert (empty.reference, len(empty), empty.others(np.zeros(3), 3, 0)) == (None, 0, [])
 
 
 @pytest.mark.parametrize("others", [1, 2, 5, 7])

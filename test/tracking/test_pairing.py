@@ -144,13 +144,6 @@ def test_with_one_topic_silent_the_oldest_of_a_full_queue_are_told_unpaired_at_o
     assert decisions(done) == [(START_NS + k * 33 * MS, None) for k in range(30)]
 
 
-def test_a_second_message_serves_twice_only_on_request():
-    """It comes at a third of the first topic's rate, which has the period of the slop."""
-    arrivals = [(topic, SLOP * k) for k in range(5) for topic in ((FIRST, SECOND) if k % 3 == 0 else (FIRST,))]
-    assert decisions(run(arrivals)) == [(0, 0), (20, None), (40, None), (60, 60), (80, None)]
-    assert decisions(run(arrivals, reuse=True)) == [(0, 0), (20, 0), (40, 60), (60, 60), (80, 60)]
-
-
 def test_nothing_is_paired_twice_when_the_queue_overflows():
     """With a queue of 2 and a slop wider than many periods decisions are forced; a depth is still used once."""
     for seed in range(200):

@@ -178,11 +178,11 @@ def test_each_lost_frame_tries_other_keyframes(studio, hall, monkeypatch):
         return found
 
     registrar = Registrar(CONFIG.replace({"keyframes.retries": 1, "keyframes.max_rotation_deg": 5.0}))
-    keyframes = sum(result.new_keyframe for result in follow(registrar, frames(studio, pan(0, 6))))
-    assert keyframes > 4
+    keyframes = sum(result.new_keyframe for result in follow(registrar, frames(studio, pan(0, 5))))
+    assert keyframes > 3
     monkeypatch.setattr(KeyframeBuffer, "others", watched)
     elsewhere = [look_at((0, 0.3, 1.4), (2, 0.1, 1.2))] * keyframes
-    assert states(follow(registrar, frames(hall, elsewhere, first=6))) == ["LOST"] * keyframes
+    assert states(follow(registrar, frames(hall, elsewhere, first=5))) == ["LOST"] * keyframes
     assert set(tried) == set(range(keyframes - 1))
 
 
