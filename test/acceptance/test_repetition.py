@@ -2,27 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Texture that repeats is refused, and texture that does not is not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vigg_ros.acceptance.agreement import Pair
 from vigg_ros.acceptance.repetition import repeated_motion
-from vigg_ros.registration import Camera, Config, Features, Frame, Registration, Rejection, extract, register
+from vigg_ros.registration import Camera, Config, Frame, Registration, extract, register
 from vigg_ros.registration.matches import no_matches
-from vigg_ros_testing.registration_samples import Studio, looking
+from vigg_ros_testing.registration_samples import looking
 
 CONFIG = Config()
 CAMERA = Camera(480, 360, 394.0, 394.0, 239.5, 179.5)
 WALL_M = 2.0
 
 
-def tile(seed: int, texels: int = 160) -> NDArray[np.float32]:
+def tile(seed, texels=160):
     """A blurred pattern of grey squares, whose left and right, upper and lower ends fit."""
     rng = np.random.default_rng(seed)
     squares = np.kron(rng.integers(0, 255, (10, 10)), np.ones((texels // 10, texels // 10)))
@@ -30,7 +27,7 @@ def tile(seed: int, texels: int = 160) -> NDArray[np.float32]:
     return np.asarray(blurred[texels : 2 * texels, texels : 2 * texels])
 
 
-def wall(period_m: float, seed: int, x_m: float) -> Features:
+def wall(period_m, seed, x_m):
     """A papered wall straight ahead, seen from ``x_m`` along it, with the noise of both sensors."""
     rng = np.random.default_rng((seed, round(1000 * x_m)))
     pattern = np.pad(tile(seed), 2, mode="wrap")
@@ -47,37 +44,32 @@ def wall(period_m: float, seed: int, x_m: float) -> Features:
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("period_m", [0.4, 0.5])
 @pytest.mark.parametrize("x_m", [0.07, 0.22])
-def test_a_wall_with_a_repeating_print_is_not_answered_wrongly(seed: int, period_m: float, x_m: float) -> None:
-    outcome = register(wall(period_m, seed, 0.0), wall(period_m, seed, x_m), CONFIG)
-    if isinstance(outcome, Registration):
-        np.testing.assert_allclose(outcome.T_target_source[:3, 3], (x_m, 0, 0), atol=0.05)
+def test_a_wall_with_a_repeating_print_is_not_answered_wrongly(seed, period_m, x_m):
+    target, source = wall(period_m, seed, 0.0), wall(period_m, seed, x_m)
+    for config in (CONFIG, CONFIG.replace({"geometric.always": True}))[: 2 if seed == 1 else 1]:
+        outcome = register(target, source, config)
+        if isinstance(outcome, Registration):
+            np.testing.assert_allclose(outcome.T_target_source[:3, 3], (x_m, 0, 0), atol=0.05)
 
 
-def test_the_period_is_found() -> None:
+def test_the_period_is_found():
     target, source = wall(0.5, 1, 0.0), wall(0.5, 1, 0.07)
     T_true = np.eye(4)
     T_true[0, 3] = 0.07
     pair = Pair(target, source, no_matches(), no_matches(), CONFIG)
     shifted = repeated_motion(pair, T_true)
-    assert shifted is not None
     # Keypoints are located to about a pixel, 5 mm here; the mean of some dozen vectors to less.
     assert np.linalg.norm(shifted[:3, 3] - T_true[:3, 3]) == pytest.approx(0.5, abs=0.01)
 
 
-def test_the_whole_method_refuses_it_too() -> None:
-    target, source = wall(0.5, 1, 0.0), wall(0.5, 1, 0.07)
-    outcome = register(target, source, CONFIG.replace({"geometric.always": True}))
-    assert isinstance(outcome, Rejection) or abs(outcome.T_target_source[0, 3] - 0.07) < 0.05
-
-
-def test_a_furnished_room_does_not_repeat(studio: Studio) -> None:
+def test_a_furnished_room_does_not_repeat(studio):
     poses = [looking((0.1 * k, 0.05 * k, 0)) for k in range(4)]
     for k, pose in enumerate(poses[1:], 1):
         pair = Pair(studio.features(poses[0], 0), studio.features(pose, k), no_matches(), no_matches(), CONFIG)
         assert repeated_motion(pair, np.linalg.inv(poses[0]) @ pose) is None
 
 
-def test_too_few_keypoints_show_no_period(studio: Studio) -> None:
+def test_too_few_keypoints_show_no_period(studio):
     features = studio.features(looking(), 1)
     few = replace(features, keypoints=features.keypoints.select(np.arange(5)))
     assert repeated_motion(Pair(features, few, no_matches(), no_matches(), CONFIG), np.eye(4)) is None

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """decode(encode(x)) == x, through the real classes of rosbags and rclpy; and one reader for the messages of both."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 
@@ -184,11 +182,11 @@ NESTED = {
 }
 
 
-def as_message(sample: SimpleNamespace, type_name: str) -> Message:
+def as_message(sample, type_name):
     return Message(type_name, {name: as_field(name, value) for name, value in vars(sample).items()})
 
 
-def as_field(name: str, value: Any) -> Any:
+def as_field(name, value):
     if isinstance(value, SimpleNamespace):
         return as_message(value, NESTED[name])
     if name == "fields":
@@ -198,7 +196,7 @@ def as_field(name: str, value: Any) -> Any:
     return np.array(value, np.float64) if isinstance(value, list) else value
 
 
-def assert_same(found: Any, expected: Any) -> None:
+def assert_same(found, expected):
     assert type(found) is type(expected)
     for name in expected.__dataclass_fields__:
         one, other = getattr(found, name), getattr(expected, name)

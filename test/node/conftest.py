@@ -2,30 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nodes for tests. Without rclpy they are skipped."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-from vigg_ros_testing.registrar_process import HAS_ROS, NO_ROS, NodeProcess, Start, depth_arguments
-
-if TYPE_CHECKING:
-    from vigg_ros_testing.ros_peer import Peer
-
+from vigg_ros_testing.registrar_process import HAS_ROS, NO_ROS, NodeProcess, depth_arguments
 
 
 class WithoutRos(pytest.Module):
     """A module of tests that cannot be imported here."""
 
-    def collect(self) -> list[pytest.Item]:
+    def collect(self):
         """Skip them all, with the reason."""
         pytest.skip(NO_ROS, allow_module_level=True)
 
 
-def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Module | None:
+def pytest_pycollect_makemodule(module_path, parent):
     """Tests over DDS are skipped where there is no rclpy."""
     if module_path.name.startswith("test_dds_") and not HAS_ROS:
         return WithoutRos.from_parent(parent, path=module_path)
@@ -33,12 +24,12 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 
 
 @pytest.fixture(scope="module")
-def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Start]:
+def start(tmp_path_factory):
     """Starts nodes, and ends those that still run after the tests of the module."""
-    started: list[NodeProcess] = []
+    started = []
 
-    def begin(*arguments: str, environment: dict[str, str] | None = None) -> NodeProcess:
-        log: Path = tmp_path_factory.mktemp("node") / "node.log"
+    def begin(*arguments, environment=None):
+        log = tmp_path_factory.mktemp("node") / "node.log"
         started.append(NodeProcess(arguments, log, environment=environment))
         return started[-1]
 
@@ -50,7 +41,7 @@ def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Start]:
 
 
 @pytest.fixture(scope="module")
-def peer() -> Iterator[Peer]:
+def peer():
     """The other side of the graph, for the tests of a module."""
     from vigg_ros_testing.ros_peer import Peer
 
@@ -60,16 +51,14 @@ def peer() -> Iterator[Peer]:
 
 
 @pytest.fixture(scope="module")
-def shared_node(start: Start) -> NodeProcess:
+def shared_node(start):
     """A node for RGB-D frames that the tests of a module share; each begins with a reset."""
     return start(*depth_arguments()).wait_until_ready()
 
 
 @pytest.fixture
-def node(shared_node: NodeProcess, peer: Peer) -> Iterator[NodeProcess]:
+def node(shared_node, peer):
     """The shared node, with nothing left of the test before."""
-    peer.call("reset")
-    peer.wait_briefly(lambda: False, 0.1)
-    peer.clear()
+    peer.begin_anew()
     yield shared_node
     peer.withdraw()

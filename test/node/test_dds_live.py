@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """``vigg live`` over real DDS: with ``fake_node.py``, whose answers are known, and with the real node."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal
@@ -25,30 +23,30 @@ FAKE_NODE = [sys.executable, str(Path(vigg_ros_testing.__file__).with_name("fake
 
 
 @pytest.fixture
-def bag(tmp_path: Path) -> str:
+def bag(tmp_path):
     """Frame k stands at x = k metres."""
     return str(write_bag(tmp_path / "bag", rgbd_entries()))
 
 
 @pytest.fixture
-def domain(monkeypatch: pytest.MonkeyPatch) -> str:
+def domain(monkeypatch):
     """One that no test has used: a node that crashed is remembered for a while."""
     monkeypatch.setenv(VARIABLE, os.environ.get(VARIABLE, ""))  # the command sets it, and here it is taken back
     return f"--domain-id={claim_domain()}"
 
 
 @pytest.fixture
-def fake(monkeypatch: pytest.MonkeyPatch) -> None:
+def fake(monkeypatch):
     monkeypatch.setattr(live_run, "NODE", FAKE_NODE)
 
 
-def rows_of(text: str) -> dict[str, str]:
+def rows_of(text):
     """Name and text of each row, without the sentence below the table."""
     return dict(re.split("  +", line, maxsplit=1) for line in text.splitlines() if "  " in line)
 
 
 @pytest.mark.usefixtures("fake")
-def test_the_table_says_what_the_node_answered(bag: str, domain: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_table_says_what_the_node_answered(bag, domain, capsys):
     assert main(["live", bag, domain]) == 0
     shown = capsys.readouterr()
     assert shown.out.splitlines()[-1] == "2 of 12 frames were dropped because newer ones came; try --rate 0.8"
@@ -75,15 +73,7 @@ def test_the_table_says_what_the_node_answered(bag: str, domain: str, capsys: py
         ("deaf", 1, f"the node did not subscribe to {COLOUR}, {INFO}, {DEPTH} within 2 s"),
     ],
 )
-def test_a_node_that_fails_is_told(
-    behaviour: str,
-    code: int,
-    words: str,
-    bag: str,
-    domain: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_node_that_fails_is_told(behaviour, code, words, bag, domain, capsys, monkeypatch):
     monkeypatch.setenv("FAKE_NODE", behaviour)
     monkeypatch.setattr(live_run, "QUIET_S", 0.3)
     monkeypatch.setattr(live_run, "READY_S", 2 if behaviour == "deaf" else live_run.READY_S)
@@ -94,12 +84,9 @@ def test_a_node_that_fails_is_told(
 
 
 @pytest.mark.usefixtures("fake")
-def test_another_registrar_in_the_domain_is_refused(
-    bag: str, domain: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_another_registrar_in_the_domain_is_refused(bag, domain, capsys):
     environment = os.environ | {"ROS_DOMAIN_ID": domain.partition("=")[2]}
     with subprocess.Popen(FAKE_NODE, stdout=subprocess.PIPE, env=environment) as other:
-        assert other.stdout is not None
         other.stdout.readline()
         code = main(["live", bag, domain])
         other.kill()
@@ -108,7 +95,7 @@ def test_another_registrar_in_the_domain_is_refused(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, bag: str, domain: str, tmp_path: Path) -> None:
+def test_it_can_be_interrupted_and_takes_the_node_with_it(number, bag, domain, tmp_path):
     mark = str(tmp_path)  # in the node's command line, by which it is found
     code = (
         "import sys\nfrom vigg_ros.node.player import live_run\nfrom vigg_ros.cli.main import main\n"
@@ -117,7 +104,6 @@ def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, bag: str,
     )
     command = [sys.executable, "-c", code]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stderr is not None
     while "poses received" not in process.stderr.readline():
         assert process.poll() is None
     process.send_signal(number)
@@ -129,7 +115,7 @@ def test_it_can_be_interrupted_and_takes_the_node_with_it(number: int, bag: str,
     assert not [one for one in running_commands() if mark in one]
 
 
-def running_commands() -> list[str]:
+def running_commands():
     found = []
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         try:
@@ -139,10 +125,11 @@ def running_commands() -> list[str]:
     return found
 
 
-@pytest.mark.parametrize(("bag", "frames", "largest_cm"), [("room_rgbd", 76, 3.0), ("street_lidar", 25, 50.0)])
-def test_the_real_node_answers_the_bundled_bags(
-    bag: str, frames: int, largest_cm: float, domain: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.parametrize(
+    ("bag", "frames", "largest_cm"),
+    [("room_rgbd", 76, 3.0), pytest.param("street_lidar", 25, 50.0, marks=pytest.mark.slow)],
+)
+def test_the_real_node_answers_the_bundled_bags(bag, frames, largest_cm, domain, capsys):
     assert main(["live", str(BAGS / bag), domain]) == 0
     rows = rows_of(capsys.readouterr().out)
     assert rows["frames sent"].startswith(f"{frames} in ")

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``vigg live`` counts and shows, from answers made by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -21,14 +19,14 @@ NOTHING = Usage(100.0, 10.0, 300.0)
 
 
 @pytest.fixture(autouse=True)
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+def clock(monkeypatch):
     now_s = [100.0]
     for module in (live_frames, live_table):
         monkeypatch.setattr(module.time, "monotonic", lambda: now_s[0])
     return now_s
 
 
-def placed(x_m: float, *, yaw_deg: float = 0.0) -> np.ndarray:
+def placed(x_m, *, yaw_deg=0.0):
     T = np.eye(4)
     T[:3, :3] = Rotation.from_euler("z", yaw_deg, degrees=True).as_matrix()
     T[0, 3] = x_m
@@ -41,7 +39,7 @@ T_ODOM_WORLD = placed(-3.0, yaw_deg=120.0)
 """The odometry frame is any other frame than the truth's."""
 
 
-def answered(truth: Trajectory | None, poses: list[np.ndarray], *, first: str = "pose", starts: int = 0) -> LiveFrames:
+def answered(truth, poses, *, first="pose", starts=0):
     """All frames, each answered at once, by pose and status in either order; sessions begin with 0 and ``starts``."""
     frames = LiveFrames(truth)
     for k, (stamp_ns, T_odom_frame) in enumerate(zip(STAMPS_NS, poses, strict=True)):
@@ -54,26 +52,26 @@ def answered(truth: Trajectory | None, poses: list[np.ndarray], *, first: str = 
     return frames
 
 
-def test_an_error_is_that_of_the_position_relative_to_the_first_frame() -> None:
+def test_an_error_is_that_of_the_position_relative_to_the_first_frame():
     poses = [T_ODOM_WORLD @ T @ placed(0.03 * (k == 4)) for k, T in enumerate(TRUE_POSES)]
     assert answered(TRUTH, poses).position_errors_m() == pytest.approx([0, 0, 0, 0, 0.03, 0], abs=1e-12)
 
 
 @pytest.mark.parametrize("first", ["pose", "status"])
-def test_a_new_session_is_aligned_anew_whichever_message_comes_first(first: str) -> None:
+def test_a_new_session_is_aligned_anew_whichever_message_comes_first(first):
     poses = [(T_ODOM_WORLD if k < 3 else inverse(TRUE_POSES[3])) @ T for k, T in enumerate(TRUE_POSES)]
     errors_m = answered(TRUTH, poses, first=first, starts=3).position_errors_m()
     assert errors_m == pytest.approx(np.zeros(6), abs=1e-12)
 
 
 @pytest.mark.parametrize(("truth", "count"), [(Trajectory.of(STAMPS_NS[2:4], TRUE_POSES[2:4]), 2), (None, 0)])
-def test_frames_whose_truth_is_not_known_are_answered_but_not_compared(truth: Trajectory | None, count: int) -> None:
+def test_frames_whose_truth_is_not_known_are_answered_but_not_compared(truth, count):
     frames = answered(truth, TRUE_POSES)
     assert len(frames.answered) == 6
     assert len(frames.position_errors_m()) == count
 
 
-def test_answers_to_frames_of_others_count_for_nothing() -> None:
+def test_answers_to_frames_of_others_count_for_nothing():
     frames = LiveFrames(TRUTH)
     frames.send(STAMPS_NS[0])
     frames.take_pose(STAMPS_NS[1], np.eye(4))
@@ -81,7 +79,7 @@ def test_answers_to_frames_of_others_count_for_nothing() -> None:
     assert (len(frames.answered), frames.failures.total(), frames.pending) == (0, 0, 1)
 
 
-def test_the_table_counts_every_frame_once(clock: list[float]) -> None:
+def test_the_table_counts_every_frame_once(clock):
     frames = LiveFrames(TRUTH)
     for k, (state, latency_s) in enumerate([("STARTED", 0.1), ("TRACKING", 0.2), ("TRACKING", 0.3)]):
         clock[0] = 100.0 + k
@@ -106,7 +104,7 @@ def test_the_table_counts_every_frame_once(clock: list[float]) -> None:
     }
 
 
-def test_what_is_not_known_is_not_made_up() -> None:
+def test_what_is_not_known_is_not_made_up():
     rows = live_rows(LiveFrames(None), NOTHING, None)
     assert rows["latency"] == "-"
     assert rows["position error"] == "- (no answered frame has a true pose)"
@@ -125,7 +123,7 @@ def test_what_is_not_known_is_not_made_up() -> None:
         (0, 3, 1.0, ""),
     ],
 )
-def test_dropped_frames_end_in_advice(dropped: int, pending: int, rate: float, words: str) -> None:
+def test_dropped_frames_end_in_advice(dropped, pending, rate, words):
     frames = LiveFrames(None)
     for number in range(100):
         frames.send(number)
@@ -137,9 +135,7 @@ def test_dropped_frames_end_in_advice(dropped: int, pending: int, rate: float, w
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])
-def test_the_table_is_drawn_over_itself_on_a_terminal_and_repeated_elsewhere(
-    is_terminal: bool, clock: list[float], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_table_is_drawn_over_itself_on_a_terminal_and_repeated_elsewhere(is_terminal, clock, capsys, monkeypatch):
     monkeypatch.setattr(live_table.sys.stderr, "isatty", lambda: is_terminal, raising=False)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "20")

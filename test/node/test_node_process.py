@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A child process: started, measured, stopped; here any program, as it need not be the node."""
 
-from __future__ import annotations
-
 import os
 import sys
 import time
@@ -24,11 +22,11 @@ time.sleep(60)
 """
 
 
-def program(code: str, folder: Path) -> NodeProcess:
+def program(code, folder):
     return NodeProcess([sys.executable, "-c", code], folder / "node.log", os.environ)
 
 
-def wait_for(text: str, folder: Path) -> None:
+def wait_for(text, folder):
     end_s = time.monotonic() + 20
     while text not in (folder / "node.log").read_text():
         assert time.monotonic() < end_s
@@ -36,9 +34,7 @@ def wait_for(text: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize(("program_text", "code"), [(OBEDIENT.format(code=3), 3), (DEAF, -9)])
-def test_it_is_stopped_by_sigint_or_else_killed(
-    program_text: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_is_stopped_by_sigint_or_else_killed(program_text, code, tmp_path, monkeypatch):
     monkeypatch.setattr(node_process, "STOP_S", 0.2 if code == -9 else node_process.STOP_S)
     with program(program_text, tmp_path) as node:
         wait_for("up", tmp_path)
@@ -47,14 +43,14 @@ def test_it_is_stopped_by_sigint_or_else_killed(
         assert node.stop() == code, "stopping twice does no harm"
 
 
-def test_it_does_not_outlive_its_block_and_what_it_said_is_quoted(tmp_path: Path) -> None:
+def test_it_does_not_outlive_its_block_and_what_it_said_is_quoted(tmp_path):
     with program(OBEDIENT.format(code=4), tmp_path) as node:
         wait_for("up", tmp_path)
     with pytest.raises(NodeFailed, match="exit code 4; it said:\nup"):
         node.check()
 
 
-def test_warnings_are_told_once_without_times_and_colours(tmp_path: Path) -> None:
+def test_warnings_are_told_once_without_times_and_colours(tmp_path):
     lines = [
         "[INFO] [1.5] [registrar]: ready",
         "\x1b[33m[WARN] [1.5] [registrar]: 3 of 4 dropped\x1b[0m",
@@ -67,11 +63,10 @@ def test_warnings_are_told_once_without_times_and_colours(tmp_path: Path) -> Non
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="this system has no /proc")
-def test_cpu_time_and_memory_are_those_of_the_process(tmp_path: Path) -> None:
+def test_cpu_time_and_memory_are_those_of_the_process(tmp_path):
     with program(BUSY, tmp_path) as node:
         wait_for("up", tmp_path)
         usage = node.usage()
-    assert usage is not None
     assert usage.cpu_s == pytest.approx(1.0, abs=0.2)  # in ticks of 10 ms, with the end of the interpreter's start
     assert usage.peak_rss_mb > 47
     assert node.usage() is None, "it has ended"

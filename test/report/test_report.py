@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of a replay, read back as a browser would."""
 
-from __future__ import annotations
-
+import csv
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,6 +11,8 @@ import numpy as np
 import pytest
 
 from vigg_ros.acceptance.checks import EXPLANATIONS
+from vigg_ros.cli.console import ExitCode
+from vigg_ros.cli.main import main
 from vigg_ros.registration import Config, Reason
 from vigg_ros.report.gallery import Gallery
 from vigg_ros.report.page import write_report
@@ -20,6 +21,7 @@ from vigg_ros.report.wording import length, nearest_preset, summary_table
 from vigg_ros.tracking.frame_result import State
 from vigg_ros_testing.page_reader import Page
 from vigg_ros_testing.report_samples import compared, lost, recording, refused, started, tracked, truth
+from vigg_ros_testing.short_recordings import CHEAP, ROOM, short_entries, write_entries
 
 RUN = {"version": "1.2.3", "command": "vigg replay walk", "processor": "Abacus 9000", "cores": 2, "system": "Linux"}
 
@@ -74,6 +76,8 @@ def test_all_sections_are_there(walk):
         "Frames worth a look", "Notes", "Run",
     ]  # fmt: skip
     assert walk.tags.count("svg") == 5
+    assert "found encoding 8UC3, taken as bgr8" in walk.text
+    assert "DEPTH_SIZE 4" in walk.text
 
 
 def test_pictures_have_a_letter_that_stands_in_the_strip_too(walk):
@@ -84,11 +88,6 @@ def test_pictures_have_a_letter_that_stands_in_the_strip_too(walk):
     assert walk.tags.count("img") == 12
 
 
-def test_notes_and_refused_messages_are_listed(walk):
-    assert "found encoding 8UC3, taken as bgr8" in walk.text
-    assert "DEPTH_SIZE 4" in walk.text
-
-
 def test_the_page_needs_nothing_else(walk):
     links = walk.values("src", "href", "xlink:href", "action", "data", "srcset", "background", "poster")
     assert links
@@ -97,19 +96,16 @@ def test_the_page_needs_nothing_else(walk):
     assert "@import" not in walk.source
     assert "url(http" not in walk.source.replace(" ", "")
     assert any("default-src 'none'" in value for value in walk.values("content"))
+    assert "currentColor" in walk.source, "plots take the ink of the page"
+    assert "var(--line)" in walk.source
+    assert "#010203" not in walk.source
+    assert "#040506" not in walk.source
 
 
 def test_ids_are_unique_and_references_to_them_hold(walk):
     ids = walk.values("id")
     assert len(ids) == len(set(ids))
     assert {link[1:] for link in walk.values("href", "xlink:href") if link.startswith("#")} <= set(ids)
-
-
-def test_plots_take_the_ink_of_the_page(walk):
-    assert "currentColor" in walk.source
-    assert "var(--line)" in walk.source
-    assert "#010203" not in walk.source
-    assert "#040506" not in walk.source
 
 
 def test_the_same_replay_gives_the_same_page(tmp_path):
@@ -145,24 +141,26 @@ def test_without_truth_the_page_says_that_errors_are_unknown(tmp_path):
     assert "aligned" not in page.text
 
 
-def test_truth_of_another_time_is_no_truth(tmp_path):
-    page = report(tmp_path, [started(100), *map(tracked, range(101, 105))], truth=truth(5))
-    assert page.text.count("no answered frame has a true pose near its stamp") == 2, "in the lead and in the tile"
-    assert "Errors" not in page.headings
-
-
+OF_ANOTHER_TIME = [started(100), *map(tracked, range(101, 105))]
+NONE = "no answered frame has a true pose near its stamp"
 ONE = "only 1 answered frame has a true pose; errors need two"
 TWO_APART = "2 answered frames have a true pose, but no two of one session; errors need two"
 
 
 @pytest.mark.parametrize(
     ("results", "words"),
-    [([started(0)], ONE), ([started(0), lost(1)], ONE), ([started(0), started(1, session=1)], TWO_APART)],
+    [
+        (OF_ANOTHER_TIME, NONE),
+        ([started(0)], ONE),
+        ([started(0), lost(1)], ONE),
+        ([started(0), started(1, session=1)], TWO_APART),
+    ],
 )
 def test_a_truth_of_too_few_answered_frames_is_not_called_missing(tmp_path, results, words):
     page = report(tmp_path, results, truth=truth(5))
     assert page.text.count(words) == 2, "in the lead and in the tile"
     assert "no ground truth" not in page.text
+    assert "Errors" not in page.headings
     of_them = recording(results, truth=truth(5))
     assert words in summary_table(of_them, measure(of_them), RUN)
 
@@ -202,28 +200,23 @@ def test_every_outcome_gives_a_page(tmp_path, case, count):
     assert ("Where the sensor went" in page.headings) == (answered > 0)
     assert "nan" not in page.text.lower()
     assert page.headings[-1] == "Run"
-
-
-def test_maps_of_many_sessions_are_limited_and_that_is_said(tmp_path):
-    page = report(tmp_path, DEGENERATE["several sessions"])
-    assert "The 4 longest of 6 sessions" in page.text
+    assert ("The 4 longest of 6 sessions" in page.text) == (case == "several sessions"), "maps are limited"
 
 
 def test_a_long_recording_gives_a_page_of_bounded_size(tmp_path):
     results = [
         lost(i) if i % 3 == 0 else tracked(i, overlap=0.5 + 0.3 * np.sin(i), new_keyframe=i % 2 == 0)
-        for i in range(1, 6000)
+        for i in range(1, 3000)
     ]
-    page = report(tmp_path, results, truth=truth(6000))
+    page = report(tmp_path, results, truth=truth(3000))
     assert len(page.source) < 3_000_000
 
 
-@pytest.mark.parametrize("reason", Reason)
-def test_every_reason_is_explained(tmp_path, reason):
-    page = report(tmp_path, [started(0), lost(1, reason)])
-    explained = EXPLANATIONS[reason]
-    assert explained.meaning in page.text
-    assert explained.remedy in page.text
+def test_every_reason_is_explained(tmp_path):
+    page = report(tmp_path, [started(0), *(lost(i, reason) for i, reason in enumerate(Reason, 1))])
+    for reason in Reason:
+        assert EXPLANATIONS[reason].meaning in page.text
+        assert EXPLANATIONS[reason].remedy in page.text
 
 
 def test_options_that_differ_from_the_nearest_preset_are_listed(tmp_path):
@@ -232,9 +225,6 @@ def test_options_that_differ_from_the_nearest_preset_are_listed(tmp_path):
     page = report(tmp_path, [started(0)], config=config)
     assert "visual.top_k 77 150" in page.text
     assert "unchanged" not in page.text
-
-
-def test_the_preset_itself_is_named(tmp_path):
     assert "The configuration is the preset rgbd , unchanged." in report(tmp_path, [started(0)]).text
 
 
@@ -258,3 +248,16 @@ def test_lengths_are_in_the_unit_that_suits_them(metres, words):
 def test_matplotlib_is_loaded_only_to_write_a_report():
     code = "import sys, vigg_ros.report.page; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_frames_out_of_time_are_reported(tmp_path):
+    bag = write_entries(tmp_path / "bag", short_entries(ROOM, frames=3, every=4))
+    changes = {**CHEAP, "time_budget_s": 1e-6}
+    options = [word for name, value in changes.items() for word in ("--set", f"{name}={value}")]
+    assert main(["replay", str(bag), "--output", str(tmp_path / "out"), *options]) == ExitCode.NOTHING_PAIRED
+    with (tmp_path / "out" / "frames.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["state"], row["reason"]) for row in rows] == [("LOST", "TIMEOUT")] * 3
+    page = Page((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+    assert "The time budget was used up" in page.text
+    assert "raise time_budget_s" in page.text

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Poses between poses, and alignment, against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -73,9 +71,6 @@ def test_nothing_is_known_before_the_first_pose_and_after_the_last():
     assert interpolate(truth, at(TENTH - 1, TENTH, 2 * TENTH, 2 * TENTH + 1))[1].tolist() == [
         False, True, True, False,
     ]  # fmt: skip
-
-
-def test_without_truth_nothing_is_known():
     found, known = interpolate(Trajectory.of([], []), at(1, 2))
     assert len(found) == 0
     assert known.tolist() == [False, False]

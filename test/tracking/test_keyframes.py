@@ -2,9 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The buffer of keyframes is bounded, keeps the reference, and offers all others in turn."""
 
-from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,66 +9,57 @@ import pytest
 from vigg_ros.registration import Evidence, Registration
 from vigg_ros.registration.options import KeyframeConfig
 from vigg_ros.tracking.chain import UncertainPose
-from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
+from vigg_ros.tracking.keyframes import KeyframeBuffer, is_far
 
 
-def at(x: float) -> UncertainPose:
+def at(x):
     T_odom_frame = np.eye(4)
     T_odom_frame[0, 3] = x
     return UncertainPose(T_odom_frame, np.zeros((6, 6)))
 
 
-def filled(buffer_size: int, positions: list[float]) -> tuple[KeyframeBuffer, list[Keyframe]]:
+def filled(buffer_size, positions):
     """A buffer to which keyframes at these places were added; frames and features are not looked at."""
     buffer = KeyframeBuffer(KeyframeConfig(buffer_size=buffer_size))
-    nothing: Any = None
+    nothing = None
     return buffer, [buffer.add(nothing, nothing, at(x)) for x in positions]
 
 
-def test_an_empty_buffer_has_no_reference() -> None:
-    buffer, _ = filled(5, [])
-    assert buffer.reference is None
-    assert len(buffer) == 0
-    assert buffer.others(np.zeros(3), 3, 0) == []
-
-
-def test_the_newest_is_the_reference_and_numbers_grow() -> None:
-    buffer, keyframes = filled(5, [0, 1, 2])
-    assert buffer.reference is keyframes[2]
-    assert [keyframe.id for keyframe in keyframes] == [0, 1, 2]
-
-
 @pytest.mark.parametrize("size", [1, 2, 5])
-def test_the_oldest_makes_room(size: int) -> None:
+def test_the_oldest_makes_room(size):
     buffer, keyframes = filled(size, list(range(9)))
     assert len(buffer) == size
     assert buffer.reference is keyframes[-1]
+    assert [keyframe.id for keyframe in keyframes] == list(range(9))
     assert {keyframe.id for keyframe in buffer.others(np.zeros(3), 100, 0)} == set(range(9 - size, 8))
 
 
-def test_a_keyframe_returned_to_counts_as_the_newest() -> None:
+def test_a_keyframe_returned_to_counts_as_the_newest():
     buffer, keyframes = filled(3, [0, 1, 2])
     buffer.make_reference(keyframes[0])
     assert buffer.reference is keyframes[0]
     assert len(buffer) == 3
-    nothing: Any = None
+    nothing = None
     buffer.add(nothing, nothing, at(9))
     # Not the one returned to, but the oldest of the others had to go.
     assert {keyframe.id for keyframe in buffer.others(np.zeros(3), 9, 0)} == {2, 0}
 
 
-def test_others_are_the_nearest_without_the_reference() -> None:
+def test_others_are_the_nearest_without_the_reference():
     buffer, _ = filled(10, [0, 5, 1, 9, 3])
     assert [keyframe.id for keyframe in buffer.others(np.array([0.9, 0, 0]), 3, 0)] == [2, 0, 1]
     assert [keyframe.id for keyframe in buffer.others(np.array([8.0, 0, 0]), 2, 0)] == [3, 1]
+    assert buffer.others(np.zeros(3), 0, 4) == []
+    empty, _ = filled(5, [])
+    assert (empty.reference, len(empty), empty.others(np.zeros(3), 3, 0)) == (None, 0, [])
 
 
 @pytest.mark.parametrize("others", [1, 2, 5, 7])
 @pytest.mark.parametrize("count", [1, 2, 3, 7])
-def test_all_others_are_tried_in_time(others: int, count: int) -> None:
+def test_all_others_are_tried_in_time(others, count):
     """Each lost frame tries the next ones; none twice in the same frame."""
     buffer, _ = filled(20, [float(x) for x in range(others + 1)])
-    tried: list[int] = []
+    tried = []
     for turn in range(-(-others // count)):
         now = [keyframe.id for keyframe in buffer.others(np.zeros(3), count, turn)]
         assert len(set(now)) == len(now) == min(count, others)
@@ -79,14 +67,7 @@ def test_all_others_are_tried_in_time(others: int, count: int) -> None:
     assert set(tried) == set(range(others))
 
 
-def test_no_retries_are_none() -> None:
-    buffer, _ = filled(5, [0, 1, 2])
-    assert buffer.others(np.zeros(3), 0, 4) == []
-
-
-def found(
-    *, x: float = 0.0, turn_deg: float = 0.0, overlap: float = 0.9, inliers: int = 100
-) -> Registration:
+def found(*, x=0.0, turn_deg=0.0, overlap=0.9, inliers=100):
     T = np.eye(4)
     T[0, 3] = x
     cosine, sine = np.cos(np.deg2rad(turn_deg)), np.sin(np.deg2rad(turn_deg))
@@ -106,7 +87,7 @@ def found(
     ],
     ids=["translation", "rotation", "rotation back", "overlap", "inliers"],
 )
-def test_when_a_new_keyframe_is_taken(near: dict[str, Any], far: dict[str, Any]) -> None:
+def test_when_a_new_keyframe_is_taken(near, far):
     config = KeyframeConfig(max_translation_m=0.4, max_rotation_deg=20.0, min_overlap=0.5, min_inliers=30)
     assert not is_far(found(**near), config)
     assert is_far(found(**far), config)

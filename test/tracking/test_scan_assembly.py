@@ -2,22 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scans and images into frames: the scan leads."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Iterable
 from dataclasses import replace
-from itertools import permutations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vigg_ros.bench.worlds.poses import flat
 from vigg_ros.registration.options import PairingConfig
 from vigg_ros.registration.rigid import inverse, transform
-from vigg_ros.sensors.observation import Calibration, ColourImage, Observation, PointCloud
-from vigg_ros.tracking.assembly import Assembled, FrameAssembler, Refusal, SyncedFrame
+from vigg_ros.sensors.observation import Calibration, ColourImage, PointCloud
+from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame
 from vigg_ros.tracking.extrinsics import StaticTree, fixed
 from vigg_ros_testing.pipeline_runs import assemble
 from vigg_ros_testing.street_samples import CAMERA, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR
@@ -27,7 +22,7 @@ MS = 1_000_000
 PAIRING = PairingConfig(sync_slop_s=0.05)
 
 
-def wall() -> NDArray[np.float32]:
+def wall():
     """Points 10 m before the camera, in the scanner's frame."""
     u, v = np.meshgrid(np.arange(4, CAMERA.width_px, 16), np.arange(4, CAMERA.height_px, 16))
     pixels = np.column_stack((u.ravel(), v.ravel()))
@@ -35,20 +30,20 @@ def wall() -> NDArray[np.float32]:
     return transform(inverse(T_CAMERA_LIDAR), in_camera).astype(np.float32)
 
 
-def scan(at_ms: int, **fields: object) -> PointCloud:
-    return PointCloud(START_NS + at_ms * MS, "lidar", wall(), **fields)  # type: ignore[arg-type]
+def scan(at_ms, **fields):
+    return PointCloud(START_NS + at_ms * MS, "lidar", wall(), **fields)
 
 
-def image(at_ms: int, grey: int = 0, *, frame_id: str = "optical") -> ColourImage:
+def image(at_ms, grey=0, *, frame_id="optical"):
     pixels = np.full((CAMERA.height_px, CAMERA.width_px), grey, np.uint8)
     return ColourImage(START_NS + at_ms * MS, frame_id, pixels)
 
 
-def calibration(frame_id: str = "optical") -> Calibration:
+def calibration(frame_id="optical"):
     return Calibration(START_NS, frame_id, CAMERA)
 
 
-def linked(*links: tuple[str, str, NDArray[np.float64]]) -> StaticTree:
+def linked(*links):
     tree = StaticTree()
     for link in links:
         tree.add(*link)
@@ -58,46 +53,38 @@ def linked(*links: tuple[str, str, NDArray[np.float64]]) -> StaticTree:
 CAR = linked(("base_link", "lidar", T_BASE_LIDAR), ("base_link", "optical", T_BASE_CAMERA))
 
 
-def built(
-    observations: Iterable[Observation], tree: StaticTree = CAR, config: PairingConfig = PAIRING
-) -> list[Assembled]:
+def built(observations, tree=CAR, config=PAIRING):
     assembler = FrameAssembler(config, tree.lookup)
     return assemble(assembler, *observations, end=True)
 
 
-def frames(assembled: list[Assembled]) -> list[SyncedFrame]:
+def frames(assembled):
     refused = [item for item in assembled if isinstance(item, Refusal)]
     assert not refused
     return [item for item in assembled if isinstance(item, SyncedFrame)]
 
 
-def test_a_frame_has_the_stamp_and_the_frame_of_its_scan() -> None:
-    (synced,) = frames(built([calibration(), image(3, 77), scan(0)]))
+def test_a_frame_has_the_stamp_the_frame_and_the_times_of_its_scan():
+    times_s = np.linspace(-0.05, 0.05, len(wall()))
+    (synced,) = frames(built([calibration(), image(3, 77), scan(0, times_s=times_s)]))
     assert synced.frame_id == "lidar"
     assert synced.frame.stamp_ns == START_NS
     assert (synced.frame.image == 77).all()
     np.testing.assert_array_equal(synced.frame.points(), wall())
+    np.testing.assert_array_equal(synced.frame.scan_with_times()[1], times_s)
 
 
-def test_points_are_seen_through_the_chain_of_static_transforms() -> None:
+def test_points_are_seen_through_the_chain_of_static_transforms():
     (synced,) = frames(built([calibration(), image(0), scan(0)]))
     # The wall was made of these pixels; float32 metres at 10 m are good for 0.0001 px.
     np.testing.assert_allclose(synced.frame.points_at(np.array([[20.0, 36.0]])), wall()[[2 * 32 + 1]], atol=0)
 
 
-def test_times_of_points_come_along() -> None:
-    times_s = np.linspace(-0.05, 0.05, len(wall()))
-    (synced,) = frames(built([calibration(), image(0), scan(0, times_s=times_s)]))
-    kept = synced.frame.scan_with_times()
-    assert kept is not None
-    np.testing.assert_array_equal(kept[1], times_s)
-
-
-def test_a_camera_faster_than_the_scanner_gives_each_scan_its_nearest_image() -> None:
+def test_a_camera_faster_than_the_scanner_gives_each_scan_its_nearest_image():
     """30 Hz and 10 Hz, a third of a period apart: images at 33 k + 11 ms, grey value k."""
     images = [image(33 * k + 11, k) for k in range(31)]
     scans = [scan(100 * k) for k in range(1, 10)]
-    stream: list[Observation] = [calibration(), *sorted([*images, *scans], key=lambda item: item.stamp_ns)]
+    stream = [calibration(), *sorted([*images, *scans], key=lambda item: item.stamp_ns)]
     found = frames(built(stream))
     assert [item.frame.stamp_ns for item in found] == [item.stamp_ns for item in scans]
     nearest = [min(range(31), key=lambda k: abs(33 * k + 11 - at_ms)) for at_ms in range(100, 1000, 100)]
@@ -105,7 +92,7 @@ def test_a_camera_faster_than_the_scanner_gives_each_scan_its_nearest_image() ->
 
 
 @pytest.mark.parametrize("reuse", [False, True])
-def test_a_scanner_faster_than_the_camera_accounts_for_each_scan_once(reuse: bool) -> None:
+def test_a_scanner_faster_than_the_camera_accounts_for_each_scan_once(reuse):
     """20 Hz and 10 Hz: every second scan has an image of its own, the others none, or the earlier of two as near."""
     images = [image(100 * k, k) for k in range(5)]
     stream = sorted([*(scan(50 * k) for k in range(9)), *images], key=lambda item: item.stamp_ns)
@@ -114,35 +101,22 @@ def test_a_scanner_faster_than_the_camera_accounts_for_each_scan_once(reuse: boo
     assert grey == [k // 2 if k % 2 == 0 or reuse else "UNPAIRED" for k in range(9)]
 
 
-def test_the_order_of_arrival_does_not_change_the_frames() -> None:
-    for order in {*permutations("SSII")}:
-        left = {"S": iter([scan(0), scan(100)]), "I": iter([image(4, 1), image(96, 2)])}
-        found = frames(built([calibration(), *(next(left[topic]) for topic in order)]))
-        told = [(item.frame.stamp_ns, int(item.frame.image[0, 0])) for item in found]
-        assert told == [(START_NS, 1), (START_NS + 100 * MS, 2)]
-
-
-def test_scans_wait_for_the_first_calibration() -> None:
-    (synced,) = frames(built([scan(0), image(0), calibration()]))
-    assert synced.frame.stamp_ns == START_NS
-
-
-def test_transforms_that_come_later_serve_the_scans_after_them() -> None:
+def test_transforms_that_come_later_serve_the_scans_after_them():
     tree = StaticTree()
     assembler = FrameAssembler(PAIRING, tree.lookup)
     (refusal,) = assemble(assembler, calibration(), image(0), scan(0))
-    assert isinstance(refusal, Refusal)
+    assert refusal.code == "NO_TF"
     tree.add("lidar", "optical", inverse(T_CAMERA_LIDAR))
     (synced,) = assemble(assembler, image(100), scan(100))
     assert isinstance(synced, SyncedFrame)
 
 
-def test_an_image_without_a_frame_takes_that_of_its_calibration() -> None:
+def test_an_image_without_a_frame_takes_that_of_its_calibration():
     (synced,) = frames(built([calibration("optical"), image(0, frame_id=""), scan(0)]))
     np.testing.assert_allclose(synced.frame.geometry.T_camera_points, T_CAMERA_LIDAR, atol=1e-14)
 
 
-def test_extrinsics_of_the_user_serve_whatever_the_frames_are_called() -> None:
+def test_extrinsics_of_the_user_serve_whatever_the_frames_are_called():
     assembler = FrameAssembler(PAIRING, fixed(T_CAMERA_LIDAR))
     done = assemble(assembler, calibration(""), image(0, frame_id=""), scan(0))
     np.testing.assert_array_equal(frames(done)[0].frame.geometry.T_camera_points, T_CAMERA_LIDAR)
@@ -158,19 +132,22 @@ OFF_THE_ROAD = linked(("optical", "lidar", flat((0.0, 0.0, -30.0))))
         ([image(0), scan(0)], CAR, "NO_CALIBRATION", "CameraInfo"),
         ([calibration(), scan(0)], CAR, "UNPAIRED", "colour image"),
         ([calibration(), image(51), scan(0)], CAR, "UNPAIRED", "colour image"),
-        (COMPLETE, linked(("base_link", "lidar", T_BASE_LIDAR)), "NO_TF", "'lidar' to 'optical'.*/tf_static"),
+        pytest.param(
+            COMPLETE,
+            linked(("base_link", "lidar", T_BASE_LIDAR)),
+            "NO_TF",
+            "'lidar' to 'optical'.*/tf_static",
+            marks=pytest.mark.hostile("Frames and TF: a link that never comes: NO_TF, never identity"),
+        ),
         (COMPLETE, OFF_THE_ROAD, "NO_DEPTH", ""),
     ],
     ids=["no calibration", "no image", "image beyond the slop", "no transform", "wrong extrinsics"],
 )
-def test_a_scan_without_its_company_is_refused(
-    observations: list[Observation], tree: StaticTree, code: str, says: str
-) -> None:
+def test_a_scan_without_its_company_is_refused(observations, tree, code, says):
     (refusal,) = built(observations, tree)
-    assert isinstance(refusal, Refusal)
     assert (refusal.code, refusal.stamp_ns) == (code, START_NS)
     assert re.search(says, refusal.message)
 
 
-def test_images_without_a_scan_leave_no_trace() -> None:
+def test_images_without_a_scan_leave_no_trace():
     assert built([calibration(), *(image(33 * k) for k in range(40))]) == []

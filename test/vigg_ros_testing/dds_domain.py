@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A DDS domain for one process and its children, so that runs side by side on a machine do not hear each other."""
 
-from __future__ import annotations
-
 import fcntl
 import functools
 import os

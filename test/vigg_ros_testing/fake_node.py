@@ -7,11 +7,10 @@ dropped. FAKE_NODE can be ``crash`` (ends after three frames with exit code 7), 
 (subscribes to nothing) or ``stubborn`` (ends with exit code 3 on SIGINT).
 """
 
-from __future__ import annotations
-
 import os
+import signal
 import sys
-from contextlib import suppress
+import threading
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -59,10 +58,11 @@ class FakeNode(Node):
 
 
 if __name__ == "__main__":
+    ending = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: ending.set())  # an exception could fall into the midst of rclpy
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     print("ready", flush=True)
     node = FakeNode()
-    with suppress(KeyboardInterrupt):
-        while True:
-            rclpy.spin_once(node, timeout_sec=0.1)  # a signal does not end a longer wait
+    while not ending.is_set():
+        rclpy.spin_once(node, timeout_sec=0.1)  # a signal does not end a longer wait
     sys.exit(3 if BEHAVIOUR == "stubborn" else 0)

@@ -2,52 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bundled bags for the node: their messages as recorded, and what a replay says of them."""
 
-from __future__ import annotations
-
 from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from rosbags import rosbag2
+import numpy as np
+from numpy.typing import NDArray
 
-from vigg_ros.registration.config import Config
-from vigg_ros.tracking.extrinsics import Lookup
+from vigg_ros.registration.rigid import quaternions_from_rotations
 from vigg_ros.tracking.frame_result import FrameResult
-from vigg_ros_testing.pipeline_runs import replay_bag
-from vigg_ros_testing.registrar_process import ROOT
-from vigg_ros_testing.ros_peer import Peer
+from vigg_ros_testing.ros_peer import Peer, stamp_of
+from vigg_ros_testing.short_recordings import Entry, short_entries
 
-ROOM, STREET = ROOT / "bags" / "room_rgbd", ROOT / "bags" / "street_lidar"
-
-
-@dataclass(frozen=True, slots=True)
-class Recorded:
-    """One message as its bytes were recorded."""
-
-    topic: str
-    type: str
-    data: bytes
-
-
-Moment = list[Recorded]
+Moment = list[Entry]
 """All messages of a frame, in the order in which they were recorded."""
 
 
 def moments(bag: Path, topics: dict[str, str], count: int) -> list[Moment]:
     """The first frames of a bag; ``topics`` says which of them are published under which name."""
-    found: defaultdict[str, list[Recorded]] = defaultdict(list)
-    with rosbag2.Reader(bag) as reader:
-        for connection, _, data in reader.messages():
-            name = topics.get(connection.topic)
-            if name is not None and len(found[name]) < count:
-                found[name].append(Recorded(name, connection.msgtype, bytes(data)))
+    found: defaultdict[str, list[Entry]] = defaultdict(list)
+    for one in short_entries(bag, frames=count, every=1):
+        if one.topic in topics:
+            found[one.topic].append(replace(one, topic=topics[one.topic]))
     return [list(moment) for moment in zip(*found.values(), strict=True)]
-
-
-def replayed(bag: Path, count: int, config: Config, lookup: Lookup | None = None) -> list[FrameResult]:
-    """What a replay says of the first frames."""
-    return list(replay_bag(bag, config, frames=count, lookup=lookup).frames)
 
 
 def publish(peer: Peer, moment: Moment) -> None:
@@ -72,3 +52,22 @@ def play(peer: Peer, recording: list[Moment]) -> None:
 
 def _is_answered(peer: Peer, count: int) -> bool:
     return len(peer.answers()) >= count
+
+
+def vector(T_odom_frame: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Position and quaternion (7,)."""
+    return np.concatenate((T_odom_frame[:3, 3], quaternions_from_rotations(T_odom_frame[:3, :3][None])[0]))
+
+
+def vector_of(message: Any) -> NDArray[np.float64]:
+    """Position and quaternion (7,) of a message that has a pose."""
+    p, q = message.pose.position, message.pose.orientation
+    return np.array((p.x, p.y, p.z, q.x, q.y, q.z, q.w))
+
+
+def assert_equal(poses: Sequence[Any], records: Sequence[FrameResult]) -> None:
+    """The same frames got the same poses, to the rounding of a quaternion."""
+    answered = {record.stamp_ns: record.T_odom_frame for record in records if record.T_odom_frame is not None}
+    assert [stamp_of(pose) for pose in poses] == [*answered]
+    for pose, T_odom_frame in zip(poses, answered.values(), strict=True):
+        np.testing.assert_allclose(vector_of(pose), vector(T_odom_frame), rtol=0, atol=1e-9)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Observations and bags through the pipeline."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random damage to a recording, by seed: to its messages, or to the file that holds them."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from pathlib import Path

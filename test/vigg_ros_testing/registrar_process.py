@@ -2,18 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The real node as a process on a DDS domain of its own."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from vigg_ros_testing.dds_domain import own_domain
+from vigg_ros_testing.short_recordings import CHEAP
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,9 +21,6 @@ NO_ROS = "needs rclpy: pip install 'vigg_ros[ros]' (x86-64), or source a ROS 2 J
 
 # Nodes of other machines in the network are none of ours.
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-
-CHEAP = {"visual.detector": "orb", "geometric.voxel_size_m": 0.06, "geometric.sample_k": 800}
-"""Coarse and quick: what is tested here is what happens to messages, not how precise poses are."""
 
 START_TIMEOUT_S = 120.0
 """Where kernels must be compiled first, on a machine that is busy."""
@@ -35,14 +31,9 @@ def parameters(**values: object) -> list[str]:
     return [word for name, value in values.items() for word in ("-p", f"{name.replace('__', '.')}:={_yaml(value)}")]
 
 
-def cheap_parameters() -> list[str]:
-    """The arguments that set CHEAP."""
-    return [word for name, value in CHEAP.items() for word in ("-p", f"{name}:={value}")]
-
-
 def depth_arguments(*more: str, **values: object) -> Sequence[str]:
     """Arguments for a quick node with depth images."""
-    return [*cheap_parameters(), *parameters(geometry="depth", **values), *more]
+    return [*parameters(**CHEAP, geometry="depth", **values), *more]
 
 
 def _yaml(value: object) -> str:
@@ -86,7 +77,7 @@ class NodeProcess:
             time.sleep(0.02)
         raise AssertionError(f"no line with {text!r}; exit code {self.process.poll()}, log:\n{self.log}")
 
-    def wait_until_ready(self) -> NodeProcess:
+    def wait_until_ready(self) -> "NodeProcess":
         """Until the kernels are loaded and the topics subscribed."""
         self.wait_for("ready: ")
         return self
@@ -121,7 +112,3 @@ class NodeProcess:
             self.process.kill()
             raise
         return code, time.monotonic() - begun_s
-
-
-Start = Callable[..., NodeProcess]
-"""Starts a node with these arguments."""

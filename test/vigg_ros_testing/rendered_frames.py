@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small rendered RGB-D frames as messages, and publishing them."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results and recordings as a replay leaves them, without the work of a replay."""
 
-from __future__ import annotations
-
 from collections import Counter
 from functools import cache
 

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The other side of the graph: publishes inputs to the node, and keeps what it answers."""
 
-from __future__ import annotations
-
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry, Path
@@ -19,6 +17,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, PointCloud2
 from std_srvs.srv import SetBool, Trigger
 
+from vigg_ros.node.player.bag_player import ros_node
 from vigg_ros.node.ros_classes import class_of
 from vigg_ros.sensors.header import stamp_ns
 from vigg_ros_testing.registrar_process import own_domain
@@ -35,14 +34,40 @@ TYPES: dict[str, tuple[Any, QoSProfile]] = {
 PICTURE = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
+@contextmanager
+def spinning(node: Node) -> Iterator[threading.Thread]:
+    """The node's callbacks come in a thread of their own."""
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+
+    def spin() -> None:
+        with suppress(ExternalShutdownException):
+            executor.spin()
+
+    thread = threading.Thread(target=spin, daemon=True)
+    thread.start()
+    try:
+        yield thread
+    finally:
+        executor.shutdown(5.0)
+        thread.join(5.0)
+
+
+def wait_until(condition: Callable[[], Any], timeout_s: float = 30.0) -> Any:
+    """What the condition is when it is true, or after this time: long, as the machine may be busy."""
+    end_s = time.monotonic() + timeout_s
+    while not (found := condition()) and time.monotonic() < end_s:
+        time.sleep(0.005)
+    return found
+
+
 class Peer:
     """A node in a thread of its own, on the domain of this test process."""
 
     def __init__(self, target: str = "/registrar") -> None:
         self._target = target
-        self._context = rclpy.Context()
-        rclpy.init(context=self._context, domain_id=own_domain())
-        self.node = Node("peer", context=self._context)
+        self._stack = ExitStack()
+        self.node = self._stack.enter_context(ros_node("peer", own_domain()))
         self.heard: dict[str, list[Any]] = {name: [] for name in (*TYPES, "diagnostics", "matches", "tf")}
         self._clients: dict[str, Any] = {}
         self._publishers: dict[tuple[str, str, bool], Any] = {}
@@ -50,10 +75,7 @@ class Peer:
             self._listen(name, kind, f"{target}/{name}", qos)
         self._listen("tf", TransformStamped, "/fake_tf", QoSProfile(depth=100))
         self._listen("diagnostics", DiagnosticArray, "/diagnostics", QoSProfile(depth=10))
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
+        self._stack.enter_context(spinning(self.node))
 
     def watch_matches(self) -> None:
         """Subscribe to the pictures too."""
@@ -84,9 +106,7 @@ class Peer:
     def offer(self, topic: str, type_name: str, *, reliable: bool = True) -> Any:
         """A publisher, whether or not anybody listens."""
         reliability = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
-        return self.node.create_publisher(
-            class_of(type_name), topic, QoSProfile(depth=50, reliability=reliability)
-        )
+        return self.node.create_publisher(class_of(type_name), topic, QoSProfile(depth=50, reliability=reliability))
 
     def withdraw(self) -> None:
         """Destroy all publishers, as a driver that ends."""
@@ -94,13 +114,16 @@ class Peer:
             self.node.destroy_publisher(publisher)
         self._publishers.clear()
 
-    def call(self, name: str, *, data: bool | None = None) -> tuple[Any, float]:
-        """Call a service of the node: its response, and the seconds it took."""
+    def call(self, name: str, *, data: bool | None = None) -> Any:
+        """The response of a service of the node that takes nothing or a switch."""
         kind = Trigger if data is None else SetBool
-        self._client(kind, name)
-        begun_s = time.monotonic()
-        response = self.request(kind, name, kind.Request() if data is None else kind.Request(data=data))
-        return response, time.monotonic() - begun_s
+        return self.request(kind, name, kind.Request() if data is None else kind.Request(data=data))
+
+    def begin_anew(self) -> None:
+        """Reset the node, and forget what it said before."""
+        self.call("reset")
+        self.wait_briefly(lambda: False, 0.1)
+        self.clear()
 
     def request(self, kind: Any, name: str, request: Any, timeout_s: float = 20.0) -> Any:
         """The response of a service of the node."""
@@ -118,25 +141,17 @@ class Peer:
 
     def wait(self, condition: Callable[[], Any], what: str, timeout_s: float = 30.0) -> Any:
         """Until the condition is true. Raises AssertionError."""
-        end_s = time.monotonic() + timeout_s
-        while not (found := condition()):
-            assert time.monotonic() < end_s, f"waited {timeout_s} s in vain for {what}; heard {self.statuses()[-3:]}"
-            time.sleep(0.005)
+        found = wait_until(condition, timeout_s)
+        assert found, f"waited {timeout_s} s in vain for {what}; heard {self.statuses()[-3:]}"
         return found
 
     def wait_briefly(self, condition: Callable[[], Any], timeout_s: float = 0.5) -> bool:
         """Until the condition is true, or for a while."""
-        end_s = time.monotonic() + timeout_s
-        while not condition() and time.monotonic() < end_s:
-            time.sleep(0.005)
-        return bool(condition())
+        return bool(wait_until(condition, timeout_s))
 
     def close(self) -> None:
         """Leave the graph."""
-        self._executor.shutdown(5.0)
-        self._thread.join(5.0)
-        self.node.destroy_node()  # and its publishers, which a failed test may have left
-        self._context.try_shutdown()
+        self._stack.close()
 
     def _is_followed(self, topic: str, type_name: str, reliable: bool) -> bool:
         found = self.node.get_subscriptions_info_by_topic(topic)
@@ -147,12 +162,6 @@ class Peer:
 
     def _listen(self, name: str, kind: Any, topic: str, qos: QoSProfile) -> None:
         self.node.create_subscription(kind, topic, self.heard[name].append, qos)
-
-    def _spin(self) -> None:
-        try:
-            self._executor.spin()
-        except ExternalShutdownException:
-            return
 
 
 def values_of(status: DiagnosticStatus) -> dict[str, str]:

@@ -2,23 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """A few frames of a bag as raw messages, bags made of them, and replays of those bags that can be looked into."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rosbags import rosbag2
 
 from vigg_ros.cli import replay
 from vigg_ros.cli.main import main
-from vigg_ros.registration.config import Config
 from vigg_ros.tracking.frame_result import FrameResult
 from vigg_ros_testing.bag_samples import Entry, write_bag
 
-ROOM = Path(__file__).parents[2] / "bags" / "room_rgbd"
+ROOM, STREET = (Path(__file__).parents[2] / "bags" / name for name in ("room_rgbd", "street_lidar"))
 SECOND_NS = 1_000_000_000
 
 CHEAP = {"visual.detector": "orb", "geometric.voxel_size_m": 0.06, "geometric.sample_k": 800}
@@ -60,18 +58,6 @@ class Watched:
     """Those that were registered, with what was compared."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Gallery:
-    """Keeps all steps, where the real one keeps a few pictures."""
-
-    config: Config
-    watched: Watched
-
-    def offer(self, result: FrameResult) -> None:
-        if result.state.was_registered:
-            self.watched.steps.append(result)
-
-
 def watch_replay(bag: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> Watched:
     """`vigg replay` as a user calls it, with CHEAP options and without its report."""
     watched = Watched(output=output)
@@ -81,9 +67,13 @@ def watch_replay(bag: Path, output: Path, monkeypatch: pytest.MonkeyPatch) -> Wa
         watched.records.extend(records)
         write_frames(records, path)
 
+    def offer(result: FrameResult) -> None:
+        if result.state.was_registered:
+            watched.steps.append(result)
+
     options = [word for name, value in CHEAP.items() for word in ("--set", f"{name}={value}")]
     with monkeypatch.context() as patch:
-        patch.setattr(replay, "Gallery", lambda config: _Gallery(config, watched))
+        patch.setattr(replay, "Gallery", lambda config: SimpleNamespace(offer=offer))
         patch.setattr(replay, "write_report", lambda *_: None)
         patch.setattr(replay, "write_frames", keep)
         watched.exit_code = main(["replay", str(bag), "--output", str(output), *options])
