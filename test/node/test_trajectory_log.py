@@ -42,7 +42,7 @@ def test_memory_is_bounded_and_what_was_forgotten_is_said():
     assert lines[0] == f"# session 0, without its first {one.forgotten} poses"
     assert lines[-1].split()[1] == "249.000000000"
     one.add(5, 3, moved(0))
-    assert (len(one), one.session) == (1, 3), "a new session begins a new trajectory"
+    assert (len(one), next(one.lines())) == (1, "# session 3"), "a new session begins a new trajectory"
 
 
 @pytest.mark.parametrize(

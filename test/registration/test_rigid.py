@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from vigg_ros.bench.datasets.number_files import nearest_rigid
 from vigg_ros.registration.rigid import (
     angle_rad,
     inverse,
     is_rigid,
-    nearest_rigid,
     quaternions_from_rotations,
     rotation_from_quaternion,
     transform,
