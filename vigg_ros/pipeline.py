@@ -65,17 +65,13 @@ class Pipeline:
         self.notes: dict[tuple[Role, str], Note] = {}
         """The first note of each role and code."""
 
-    def feed(self, role: Role, message: Any) -> Iterator[FrameResult]:
-        """All results that are certain once this message of rclpy or rosbags is known.
+    def feed(self, role: Role, message: Any) -> list[FrameResult]:
+        """All results that are certain once this message of rclpy or rosbags is known."""
+        return [*self.finish(self.receive(role, message).found)]
 
-        The message is taken at once, a frame is registered when its result is asked for: results hold images, and
-        many can become certain together.
-        """
-        return self.finish(self.receive(role, message).found)
-
-    def flush(self) -> Iterator[FrameResult]:
-        """What is left at the end of a recording, as ``feed`` gives it."""
-        return self.finish(self.remaining())
+    def flush(self) -> list[FrameResult]:
+        """What is left at the end of a recording."""
+        return [*self.finish(self.remaining())]
 
     def remaining(self) -> tuple[FrameResult | SyncedMessages, ...]:
         """As ``flush``, but no frame is built yet."""
@@ -112,7 +108,8 @@ class Pipeline:
         return replace(self._registrar.step(synced.frame, session=synced.session), frame_id=synced.frame_id)
 
     def finish(self, found: Iterable[FrameResult | SyncedMessages]) -> Iterator[FrameResult]:
-        """Build and track what was received, one after the other and in order."""
+        """Build and track what was received, each frame when its result is asked for: results hold images, and many
+        frames can become certain together."""
         built = (one if isinstance(one, FrameResult) else self.build(one) for one in found)
         return (one if isinstance(one, FrameResult) else self.track(one) for one in built)
 

@@ -17,6 +17,7 @@ from vigg_ros.bags.reader import BagReader
 from vigg_ros.bags.topics import TopicChoice, TopicRequest, choose_topics
 from vigg_ros.cli.bag_input import find_extrinsics
 from vigg_ros.cli.console import UsageError
+from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.options import InputConfig
 from vigg_ros.registration.rigid import inverse, quaternions_from_rotations
 from vigg_ros.report.bag_messages import Sample, suggest_preset, take_samples
@@ -90,7 +91,10 @@ def node_arguments(
         lookup = find_extrinsics(extrinsics, reader, choice)
         points_frame, camera_frame = _frame_of(samples["points"]), _frame_of(samples["image"])
         # In this order: what --extrinsics gives answers to it whatever the names.
-        T_camera_points = lookup(camera_frame, points_frame)
+        try:
+            T_camera_points = lookup(camera_frame, points_frame)
+        except DataError as error:  # frames without a name
+            raise UsageError(f"{error}, with --extrinsics") from error
         if T_camera_points is None:
             raise UsageError(
                 f"/tf_static does not connect {points_frame!r} (the points) with {camera_frame!r} (the camera); "

@@ -65,7 +65,7 @@ class Replay:
         """A result for each leading message, in the order in which they are settled."""
         for role, message in messages:
             if role != "ground_truth":
-                yield from self._pipeline.feed(role, message)
+                yield from self._pipeline.finish(self._pipeline.receive(role, message).found)
                 continue
             try:
                 pose = decode_pose(message)
@@ -75,7 +75,7 @@ class Replay:
             self.truth.append(pose)
             for note in pose.notes:
                 self._pipeline.notes.setdefault((role, note.code), note)
-        yield from self._pipeline.flush()
+        yield from self._pipeline.finish(self._pipeline.remaining())
 
 
 def measure(recording: Recording) -> TrajectoryMetrics | None:

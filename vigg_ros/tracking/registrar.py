@@ -23,7 +23,7 @@ from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
 
 MAX_SKEW_VOXELS = 0.1
-"""Mean skew from which a scan is de-skewed again: well above what the noise of two poses looks like."""
+"""Mean skew from which a scan is de-skewed again: well above what the noise of two poses explains."""
 
 
 @dataclass(frozen=True, slots=True)

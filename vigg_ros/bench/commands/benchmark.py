@@ -93,7 +93,7 @@ def run(arguments: Namespace) -> ExitCode:
 
 def read_frames(pipeline: Pipeline, messages: Iterable[tuple[Role, Any]]) -> Iterator[Frame]:
     """The frames that a replay would register."""
-    received = (pipeline.receive(role, message).found for role, message in messages if role != "ground_truth")
+    received = (pipeline.receive(role, message).found for role, message in messages)
     for found in received:
         yield from _built(pipeline, found)
     yield from _built(pipeline, pipeline.remaining())
