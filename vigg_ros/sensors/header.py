@@ -70,5 +70,6 @@ def read_frame_id(text: str, notes: list[Note]) -> str:
     if frame_id != text:
         notes.append(Note("FRAME_ID_SLASH", f"frame_id {text!r}", f"taken as {frame_id!r}", "tf2 knows no slash"))
     if not frame_id:
-        notes.append(Note("FRAME_ID_EMPTY", "an empty frame_id", "accepted where no transform is needed", "set the driver's frame_id parameter"))
+        taken = "accepted where no transform is needed"
+        notes.append(Note("FRAME_ID_EMPTY", "an empty frame_id", taken, "set the driver's frame_id parameter"))
     return frame_id
