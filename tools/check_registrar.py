@@ -14,9 +14,8 @@ import subprocess
 import sys
 
 import rclpy
+from dds_domain import own_domain
 from std_srvs.srv import Trigger
-
-from vigg_ros_testing.dds_domain import own_domain
 
 TIMEOUT_S = 180.0
 """Kernels may have to be compiled first."""

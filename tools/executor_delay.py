@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
+from dds_domain import own_domain
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 
 from vigg_ros.node.registrar_node import RegistrarNode
-from vigg_ros_testing.dds_domain import own_domain
 
 PERIOD_S = 0.02
 PLAYER = Path(__file__).parent / "play_frames.py"

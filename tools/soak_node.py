@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
+from dds_domain import own_domain
 from diagnostic_msgs.msg import DiagnosticStatus
 from play_frames import FRAMES, messages, rendered
 from rclpy.qos import QoSProfile
 
 from vigg_ros.messages.fields import RCLPY, build
 from vigg_ros.node.ros_classes import class_of
-from vigg_ros_testing.dds_domain import own_domain
 
 TYPES = {"rgb/camera_info": "CameraInfo", "rgb/image": "Image", "depth/image": "Image"}
 START_NS, STEP_NS = 1_700_000_000_000_000_000, 66_666_667

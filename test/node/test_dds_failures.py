@@ -6,13 +6,13 @@ import threading
 
 import pytest
 import rclpy
+from dds_domain import own_domain
 from std_srvs.srv import SetBool, Trigger
 
 from vigg_ros.node.publishers import Publishers
 from vigg_ros.node.registrar_node import RegistrarNode
 from vigg_ros.node.services import create_services
 from vigg_ros.pipeline import Pipeline
-from vigg_ros_testing.dds_domain import own_domain
 from vigg_ros_testing.registrar_process import START_TIMEOUT_S, depth_arguments
 from vigg_ros_testing.rendered_frames import frame, send, send_and_wait, stamp_of_frame
 from vigg_ros_testing.ros_peer import spinning, stamp_of

@@ -10,13 +10,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from dds_domain import claim_domain
 
 import vigg_ros_testing
 from vigg_ros.cli.main import main
 from vigg_ros.node.player import live_run
 from vigg_ros.node.player.dds_profile import VARIABLE
 from vigg_ros_testing.bag_samples import COLOUR, DEPTH, FRAMES, INFO, rgbd_entries, write_bag
-from vigg_ros_testing.dds_domain import claim_domain
 
 BAGS = Path(__file__).parents[2] / "bags"
 FAKE_NODE = [sys.executable, str(Path(vigg_ros_testing.__file__).with_name("fake_node.py"))]

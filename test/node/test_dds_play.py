@@ -12,6 +12,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from dds_domain import claim_domain
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
@@ -22,7 +23,6 @@ from vigg_ros.node.player import bag_player
 from vigg_ros.node.player.bag_player import MAX_PAUSE_NS, BagPlayer, ros_node, with_positions
 from vigg_ros.node.player.dds_profile import VARIABLE
 from vigg_ros_testing.bag_samples import COLOUR, DEPTH, FRAMES, INFO, rgbd_entries, write_bag, write_ros1_bag
-from vigg_ros_testing.dds_domain import claim_domain
 from vigg_ros_testing.ros_peer import spinning, wait_until
 
 STRING = "std_msgs/msg/String"

@@ -11,7 +11,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from vigg_ros_testing.dds_domain import own_domain
+from dds_domain import own_domain
+
 from vigg_ros_testing.short_recordings import CHEAP
 
 ROOT = Path(__file__).parents[2]
