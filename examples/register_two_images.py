@@ -30,8 +30,10 @@ def rendered() -> list[Frame]:
 
 def loaded(colour: str, depth: str, intrinsics: list[float]) -> Frame:
     """A colour image and its depth image."""
-    image = cv2.imread(colour, cv2.IMREAD_COLOR)
-    depth_m = cv2.imread(depth, cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000
+    image, depth_mm = cv2.imread(colour, cv2.IMREAD_COLOR), cv2.imread(depth, cv2.IMREAD_UNCHANGED)
+    if image is None or depth_mm is None:
+        raise SystemExit(f"{colour if image is None else depth} is no readable image")
+    depth_m = depth_mm.astype(np.float32) / 1000
     return Frame.from_depth(image, depth_m, Camera(image.shape[1], image.shape[0], *intrinsics))
 
 

@@ -46,6 +46,8 @@ def main() -> None:
     parser.add_argument("--output", default="path.png")
     arguments = parser.parse_args()
     results = replayed(arguments.bag)
+    if all(one.T_odom_frame is None for one in results):
+        raise SystemExit(f"no frame got a pose; the first one: {results[0].reason}: {results[0].message}")
     positions = np.array([one.T_odom_frame[:3, 3] for one in results if one.T_odom_frame is not None]).reshape(-1, 3)
     figure, axes = pyplot.subplots()
     axes.plot(positions[:, 0], positions[:, 2], ".-")  # an optical frame: x to the right, z ahead

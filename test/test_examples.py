@@ -56,6 +56,20 @@ def test_every_example_is_tested() -> None:
     assert {path.stem for path in EXAMPLES.glob("*.py")} == TESTED
 
 
+@pytest.mark.parametrize(
+    ("name", "arguments", "said"),
+    [
+        ("register_two_images", ["no.png", "no.png", "no.png", "no.png", *INTRINSICS], "no.png is no readable image"),
+        ("replay_and_plot", [ROOT / "bags/street_lidar"], "no frame got a pose; the first one: UNPAIRED: no depth"),
+    ],
+)
+def test_what_gives_no_pose_is_told(name: str, arguments: list[object], said: str, tmp_path: Path) -> None:
+    words, environment = command(name, *arguments)
+    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert said in done.stderr
+
+
 def test_two_images_are_registered_and_drawn(tmp_path: Path) -> None:
     said = run("register_two_images", cwd=tmp_path)
     assert np.allclose(printed_translation(said), true_motion_m(0.5), atol=TRUTH_TOLERANCE_M)

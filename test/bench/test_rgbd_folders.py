@@ -142,6 +142,7 @@ def test_tum_without_intrinsics_and_truth_has_notes(tmp_path: Path) -> None:
     dataset = open_dataset("tum", folder)
     assert (dataset.camera.fx_px, dataset.camera.cx_px, dataset.camera.cy_px, dataset.poses) == (525, 319.5, 239.5, ())
     assert "no groundtruth.txt" in dataset.notes[0]
+    assert "free of" in dataset.notes[-1]
     assert "525 525 319.5 239.5" in dataset.notes[1]
 
 

@@ -105,7 +105,7 @@ def test_an_existing_output_is_refused_and_kept(bag: Path, tmp_path: Path, capsy
 
 
 NEEDS_ROS = pytest.mark.skipif(
-    find_spec("rclpy") is None, reason="needs ROS 2: source Jazzy, or pip install 'vigg_ros[ros]'"
+    find_spec("rclpy") is None, reason="needs ROS 2: source Jazzy, or pip install '.[ros]'"
 )
 
 

@@ -17,6 +17,7 @@ from vigg_ros.cli.main import main
 from vigg_ros.messages.pose_messages import encode_pose
 
 ROOM = Path(__file__).parents[2] / "bags" / "room_rgbd"
+STREET = ROOM.with_name("street_lidar")
 
 
 def rows_of(folder: Path, name: str = "pairs") -> list[dict[str, str]]:
@@ -77,6 +78,15 @@ def test_pairs_of_a_bag(tmp_path: Path) -> None:
     rows = rows_of(tmp_path / "out")
     assert [(row["source"], row["target"]) for row in rows] == [("0", "5"), ("40", "45")]
     assert all(float(row["translation_error_m"]) < 0.02 for row in rows)
+
+
+def test_the_preset_follows_from_the_data(tmp_path: Path, capsys) -> None:
+    arguments = ["evaluate", "pairs", "bag", str(STREET), "--gaps", "2", "--every", "40"]
+    assert main([*arguments, "--output", str(tmp_path / "by itself")]) == ExitCode.OK
+    assert "note:" not in capsys.readouterr().err
+    assert float(rows_of(tmp_path / "by itself")[0]["translation_error_m"]) < 0.3
+    main([*arguments, "--config", "rgbd", "--output", str(tmp_path / "asked for")])
+    assert "note: the bag holds scans that reach far, but the configuration is made" in capsys.readouterr().err
 
 
 def test_what_cannot_be_evaluated_as_asked_is_said(scene_folder: Path, tmp_path: Path, capsys) -> None:

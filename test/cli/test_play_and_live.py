@@ -35,7 +35,7 @@ def test_without_ros_one_line_names_both_remedies(command: str, tmp_path: Path) 
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"vigg {command}: needs ROS 2 Jazzy")
     assert "source /opt/ros/jazzy/setup.bash" in line
-    assert "pip install 'vigg_ros[ros]'" in line
+    assert "pip install '.[ros]'" in line
     assert done.stdout == ""
 
 

@@ -63,9 +63,22 @@ def test_the_motion_of_scans_is_that_of_the_scanner(files, scene_folder, tmp_pat
     assert drawn == {"matches.png", "aligned.png", "target_scan.png", "source_scan.png"}
 
 
+def test_the_preset_follows_from_how_far_the_points_reach(files, tmp_path, capsys) -> None:
+    far = np.random.default_rng(0).uniform(5, 60, (2000, 3)).astype(np.float32)
+    for place in (1, 3):
+        files[place] = str(tmp_path / f"{place}.npy")
+        np.save(files[place], far)
+    common = ["register", *files, *INTRINSICS, *LOOKING_AHEAD, "--output"]
+    main([*common, str(tmp_path / "by itself")])
+    assert "note:" not in capsys.readouterr().err
+    main([*common, str(tmp_path / "asked for"), "--config", "rgbd"])
+    assert capsys.readouterr().err.startswith("note: the data holds scans that reach far, but the configuration")
+
+
 @pytest.mark.parametrize(
     ("changed", "content", "options", "words"),
     [
+        ("nowhere.png", None, [], "nowhere.png does not exist"),
         ("target.png", b"no image", [], "cannot be read as an image"),
         ("depth.png", b"no image", [], "found no image, expected one channel of 16-bit units or float metres"),
         ("scan.npy", b"", LOOKING_AHEAD, "scan.npy cannot be read as a scan"),
@@ -79,7 +92,8 @@ def test_the_motion_of_scans_is_that_of_the_scanner(files, scene_folder, tmp_pat
 )
 def test_what_cannot_be_registered_is_usage(changed, content, options, words, files, tmp_path, capsys) -> None:
     if changed:
-        (tmp_path / changed).write_bytes(content)
+        if content is not None:
+            (tmp_path / changed).write_bytes(content)
         files[0 if changed.startswith("target") else 1] = str(tmp_path / changed)
     assert main(["register", *files, *INTRINSICS, *options]) == ExitCode.USAGE
     assert words in capsys.readouterr().err

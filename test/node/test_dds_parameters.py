@@ -16,10 +16,11 @@ from vigg_ros_testing.rendered_frames import frame, send_and_wait
 
 @pytest.fixture(scope="module")
 def running(start, tmp_path_factory):
-    """A node with an integer for a real number, and a parameter file that is for another node."""
+    """A node with an integer for a real number, an option's old name, and a parameter file for another node."""
     path = tmp_path_factory.mktemp("parameters") / "other.yaml"
     path.write_text("front_camera:\n  ros__parameters:\n    geometry: points\n")
-    return start(*depth_arguments("--params-file", str(path), max_rate=0, geometric__max_range_m=6)).wait_until_ready()
+    given = {"max_rate": 0, "geometric__max_range_m": 6, "verification__min_inliers": 8}
+    return start(*depth_arguments("--params-file", str(path), **given)).wait_until_ready()
 
 
 def change(peer, **values):
@@ -68,6 +69,11 @@ def test_a_set_with_a_value_that_cannot_be_taken_changes_nothing(running, peer, 
 def test_a_file_for_another_node_is_noted(running):
     line = running.wait_for("nothing of this file is used", 5.0)
     assert "found parameters of front_camera, expected /registrar" in line
+
+
+def test_an_old_name_is_noted_in_a_line_of_the_log(running):
+    line = running.wait_for("verification.min_inliers is called acceptance.min_inliers now", 5.0)
+    assert "[WARN]" in line
 
 
 def test_max_rate_skips_frames_by_their_stamps(running, peer):

@@ -22,7 +22,7 @@ def test_without_ros_there_is_one_line_with_both_remedies():
     assert ended.returncode == 2
     assert len(ended.stderr.splitlines()) == 1
     assert "Source a ROS 2 Jazzy installation" in ended.stderr
-    assert "pip install 'vigg_ros[ros]'" in ended.stderr
+    assert "pip install '.[ros]'" in ended.stderr
 
 
 @pytest.mark.skipif(not HAS_ROS, reason=NO_ROS)

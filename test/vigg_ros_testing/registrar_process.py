@@ -18,7 +18,7 @@ from vigg_ros_testing.short_recordings import CHEAP
 ROOT = Path(__file__).parents[2]
 
 HAS_ROS = all(importlib.util.find_spec(name) for name in ("rclpy", "nav_msgs", "diagnostic_msgs", "std_srvs"))
-NO_ROS = "needs rclpy: pip install 'vigg_ros[ros]' (x86-64), or source a ROS 2 Jazzy installation"
+NO_ROS = "needs rclpy: pip install '.[ros]' (x86-64), or source a ROS 2 Jazzy installation"
 
 # Nodes of other machines in the network are none of ours.
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"

@@ -47,7 +47,8 @@ def rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     try:
         text = path.read_bytes().decode()
     except (OSError, UnicodeDecodeError) as error:
-        raise BagError(f"{path} cannot be read: {error}") from error
+        cause = error.strerror if isinstance(error, OSError) else error
+        raise BagError(f"{path} cannot be read: {cause}") from error
     for number, line in enumerate(text.splitlines(), 1):
         words = line.partition("#")[0].replace(",", " ").split()
         if words:

@@ -81,7 +81,7 @@ def require(methods: Sequence[Method]) -> None:
     if missing:
         names = ", ".join(f"{method.name} (needs {method.library})" for method in missing)
         raise ConfigError(
-            f"libraries are missing for {names}; install them with: pip install 'vigg_ros[evaluation]', "
+            f"libraries are missing for {names}; install them with: pip install '.[evaluation]', "
             "or leave these methods out of --methods"
         )
 

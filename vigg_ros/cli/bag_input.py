@@ -134,4 +134,6 @@ def read_truth(path: Path) -> list[StampedPose]:
     try:
         return [StampedPose(pose.stamp_ns, "", "", pose.T_world_sensor) for pose in read_stamped_poses(path)]
     except (OSError, BagError) as error:
-        raise UsageError(f"--ground-truth {path} cannot be read: {error}") from error
+        raise UsageError(
+            f"--ground-truth: {error}; expected a file in TUM format: stamp tx ty tz qx qy qz qw"
+        ) from error

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import re
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ def add_config_arguments(parser: ArgumentParser, *, default: str | None = "rgbd"
             "--config",
             default=default,
             metavar="NAME_OR_FILE",
-            help=f"a preset ({', '.join(PRESETS)}) or a YAML file (default: {default or 'by what the bag holds'})",
+            help=f"a preset ({', '.join(PRESETS)}) or a YAML file (default: {default or 'by what the data holds'})",
         )
     parser.add_argument(
         "--set",
@@ -62,16 +63,21 @@ class ChosenConfig:
 
 def choose_config(arguments: Namespace, reader: BagReader, choice: TopicChoice) -> ChosenConfig:
     """The configuration asked for, or the preset for what the bag holds. Raises ConfigError."""
+    return choose_suited(arguments, lambda: find_preset(reader, choice))
+
+
+def choose_suited(arguments: Namespace, find_suited: Callable[[], str], holder: str = "bag") -> ChosenConfig:
+    """The configuration asked for, or the preset that suits the data of the holder. Raises ConfigError."""
     if arguments.config is not None:
-        config = load_config(arguments)  # a mistake in it is told before the bag is read
-        return ChosenConfig(config, f"{arguments.config}, as asked for", notes_on(config, find_preset(reader, choice)))
-    preset = find_preset(reader, choice)
+        config = load_config(arguments)  # a mistake in it is told before the data is read
+        return ChosenConfig(config, f"{arguments.config}, as asked for", notes_on(config, find_suited(), holder))
+    preset = find_suited()
     config = load_config(Namespace(config=preset, set=arguments.set))
-    return ChosenConfig(config, f"{preset}, by what the bag holds", ())
+    return ChosenConfig(config, f"{preset}, by what the {holder} holds", ())
 
 
-def notes_on(config: Config, suited: str) -> tuple[str, ...]:
-    """One sentence where a configuration has another scale than the preset that suits the bag; none where it fits.
+def notes_on(config: Config, suited: str, holder: str = "bag") -> tuple[str, ...]:
+    """One sentence where a configuration has another scale than the preset that suits the data; none where it fits.
 
     The scale is told by the voxels: those of the presets are a factor of ten apart, and whoever tunes one stays near.
     """
@@ -81,7 +87,7 @@ def notes_on(config: Config, suited: str) -> tuple[str, ...]:
     if nearest == suited:
         return ()
     return (
-        f"the bag holds {HOLDINGS[suited]}, but the configuration is made for {HOLDINGS[nearest]} (voxels of "
+        f"the {holder} holds {HOLDINGS[suited]}, but the configuration is made for {HOLDINGS[nearest]} (voxels of "
         f"{voxel_m:g} m, where {voxels_m[suited]:g} m suits); leave --config out, or give --config {suited}",
     )
 

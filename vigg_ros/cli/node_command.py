@@ -33,7 +33,7 @@ def needs_ros() -> Iterator[None]:
             raise
         raise UsageError(
             f"needs ROS 2 Jazzy, which cannot be imported ({error}); run `source /opt/ros/jazzy/setup.bash`, "
-            "or where there is no ROS: pip install 'vigg_ros[ros]'"
+            "or where there is no ROS: pip install '.[ros]'"
         ) from error
 
 

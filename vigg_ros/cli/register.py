@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import ArgumentParser, Namespace
 from dataclasses import fields
 from pathlib import Path
@@ -13,14 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.cli.bag_input import add_extrinsics_argument, given_extrinsics
-from vigg_ros.cli.config_arguments import add_config_arguments, load_config
+from vigg_ros.cli.config_arguments import add_config_arguments, choose_suited
 from vigg_ros.cli.console import ExitCode, UsageError, add_examples, output_folder, positive_float, table
 from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, draw_aligned
 from vigg_ros.registration import Camera, Config, Frame, Registration, Rejection, extract, register
 from vigg_ros.registration.features import Features
+from vigg_ros.registration.geometry import ProjectedScan
 from vigg_ros.registration.result import Outcome
 from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
+from vigg_ros.report.bag_messages import preset_for_points
 from vigg_ros.report.gallery import draw_agreement, draw_scan_of
 
 SCAN_SUFFIXES = (".bin", ".npy")
@@ -45,22 +48,27 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="units per metre (default: %(default)g)",
     )
     add_extrinsics_argument(parser, "needed for scans")
-    parser.add_argument("--output", metavar="DIR", help="a new folder for the pictures (default: vigg_register_TIME)")
-    add_config_arguments(parser)
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", help="a new folder for the pictures (default: vigg_register_TIME)"
+    )
+    add_config_arguments(parser, default=None)
     add_examples(
         parser,
         "vigg register a.png a_depth.png b.png b_depth.png --intrinsics 585 585 320 240",
-        "vigg register a.png a.bin b.png b.bin --intrinsics 707 707 602 183 --config lidar "
+        "vigg register a.png a.bin b.png b.bin --intrinsics 707 707 602 183 "
         "--extrinsics 0.27 0 -0.08 -0.5 0.5 -0.5 0.5",
     )
 
 
 def run(arguments: Namespace) -> ExitCode:
     """Register, print the transform and its evidence, draw the pictures. FAILED where there is no answer."""
-    config = load_config(arguments)
     output = output_folder(arguments.output, "vigg_register")
     target = read_frame(Path(arguments.target_image), Path(arguments.target_depth), arguments)
     source = read_frame(Path(arguments.source_image), Path(arguments.source_depth), arguments)
+    chosen = choose_suited(arguments, lambda: suited_preset(target), "data")
+    config = chosen.config
+    for note in chosen.notes:
+        print(f"note: {note}", file=sys.stderr)
     with record_stages() as timings_ms:
         features = extract(target, config), extract(source, config)
         outcome = register(*features, config)
@@ -69,8 +77,16 @@ def run(arguments: Namespace) -> ExitCode:
     return ExitCode.OK if isinstance(outcome, Registration) else ExitCode.FAILED
 
 
+def suited_preset(frame: Frame) -> str:
+    """The preset for depth images and near points, or that for scans that reach far."""
+    return preset_for_points(frame.geometry.cloud) if isinstance(frame.geometry, ProjectedScan) else "rgbd"
+
+
 def read_frame(image_path: Path, depth_path: Path, arguments: Namespace) -> Frame:
     """A frame from an image file and a depth image or scan. Raises UsageError and DataError."""
+    for path in (image_path, depth_path):
+        if not path.is_file():
+            raise UsageError(f"{path} does not exist")
     image = cv2.imread(str(image_path), cv2.IMREAD_COLOR)
     if image is None:
         raise UsageError(f"{image_path} cannot be read as an image")

@@ -32,7 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of ``vigg replay``."""
     add_bag_arguments(parser)
     add_config_arguments(parser, default=None)
-    parser.add_argument("--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
+    parser.add_argument("-o", "--output", metavar="DIR", help="a new folder (default: vigg_replay_BAG_TIME)")
     parser.add_argument("--output-bag", action="store_true", help="also write the poses as a bag, for RViz or Foxglove")
     parser.add_argument("--ground-truth", metavar="FILE", help="poses in TUM format, instead of a topic")
     add_examples(

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -22,7 +23,11 @@ class NodeParameters:
     def __init__(self, node: Node, changed: Callable[[Settings], None]) -> None:
         overrides = node.get_parameters_by_prefix("")
         given = {name: _plain(one.value) for name, one in overrides.items() if not name.startswith(RESERVED)}
-        self.settings = Settings.resolve(given)
+        with warnings.catch_warnings(record=True) as notes:
+            warnings.simplefilter("always", FutureWarning)
+            self.settings = Settings.resolve(given)
+        for note in notes:
+            node.get_logger().warning(str(note.message))
         self._changed = changed
         for name in given:
             node.undeclare_parameter(name)

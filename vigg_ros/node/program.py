@@ -15,7 +15,7 @@ from typing import NoReturn
 USAGE = 2
 DESCRIPTION = "Registers camera frames with depth, online, as a ROS 2 node. Parameters and remappings: --ros-args."
 EPILOG = """examples:
-  registrar --ros-args -p geometry:=depth -r rgb/image:=/camera/color/image_raw \\
+  registrar --ros-args -p geometry:=depth -r rgb/image:=/camera/camera/color/image_raw \\
       -r rgb/camera_info:=/camera/color/camera_info -r depth/image:=/camera/aligned_depth_to_color/image_raw
   registrar --ros-args -p config:=lidar -r rgb/image:=/camera/image_raw \\
       -r rgb/camera_info:=/camera/camera_info -r points:=/lidar/points
@@ -24,7 +24,7 @@ Recorded bags need no node: vigg replay BAG"""
 
 NO_ROS = (
     "registrar: ROS 2 is missing ({error}). Source a ROS 2 Jazzy installation (. /opt/ros/jazzy/setup.bash), "
-    "or install its wheels: pip install 'vigg_ros[ros]'"
+    "or install its wheels: pip install '.[ros]'"
 )
 NO_LIBRARY = "registrar: a library is missing ({error}). Install the package with what it needs: pip install vigg_ros"
 

@@ -11,6 +11,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vigg_ros.bags.reader import BagReader, Topic
 from vigg_ros.bags.topics import TopicChoice
@@ -97,7 +98,12 @@ def suggest_preset(samples: Samples) -> str:
     clouds = [cloud for cloud in observations_of(samples, "points") if isinstance(cloud, PointCloud)]
     if not clouds:
         return "lidar" if "points" in samples else "rgbd"
-    ranges_m = np.linalg.norm(clouds[0].points, axis=1)
+    return preset_for_points(clouds[0].points)
+
+
+def preset_for_points(points: NDArray[np.float32]) -> str:
+    """``lidar`` for points (N, 3), metres, that reach farther than an RGB-D camera sees, else ``rgbd``."""
+    ranges_m = np.linalg.norm(points, axis=1)
     return "lidar" if np.percentile(ranges_m, 95) > GeometricConfig().max_range_m else "rgbd"
 
 

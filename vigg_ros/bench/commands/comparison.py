@@ -30,15 +30,15 @@ MAX_CURVES = 12
 
 
 def add_comparison_arguments(parser: ArgumentParser, *, presets: bool = True) -> None:
-    """--methods, --jobs, --output and --set; --config where the preset is to be chosen."""
+    """--methods, --jobs, --output and --set; --config, without a default, where the preset is to be chosen."""
     what = f"what to compare (default: the configuration as given); sets: {', '.join(METHOD_SETS)}; all: "
     parser.add_argument(
         "--methods", nargs="+", default=["default"], metavar="NAME", help=f"{what}`vigg evaluate methods`"
     )
     parser.add_argument("--jobs", type=positive_int, default=1, help="processes of one core (default: %(default)s)")
     output = "tables (.csv, .json) and curves (.png) go there; the same command goes on where it was stopped"
-    parser.add_argument("--output", metavar="FOLDER", help=output)
-    add_config_arguments(parser, choose=presets)
+    parser.add_argument("-o", "--output", metavar="FOLDER", help=output)
+    add_config_arguments(parser, default=None, choose=presets)
 
 
 @dataclass(frozen=True, slots=True)

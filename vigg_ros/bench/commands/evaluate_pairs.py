@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +16,8 @@ from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
 from vigg_ros.bench.pairs import PAIR_PROTOCOLS, FramePair, PairProtocol, PosedFrame, choose, pairs_listed, posed_frames
 from vigg_ros.bench.runner import EvaluationPlan
 from vigg_ros.cli.bag_input import add_extrinsics_argument, add_topic_arguments
-from vigg_ros.cli.config_arguments import load_config
+from vigg_ros.cli.config_arguments import ChosenConfig, choose_suited
 from vigg_ros.cli.console import ExitCode, UsageError, add_examples, positive_float, positive_int
-from vigg_ros.registration import Config
 from vigg_ros.registration.geometry import ProjectedScan
 
 BAG = "bag"
@@ -40,19 +40,22 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_examples(
         parser,
         "vigg evaluate pairs 7scenes redkitchen --gaps 20 60",
-        "vigg evaluate pairs bag bags/street_lidar --config lidar --gaps 2 4 --every 4",
+        "vigg evaluate pairs bag bags/street_lidar --gaps 2 4 --every 4",
     )
 
 
 def run(arguments: Namespace) -> ExitCode:
     """Register all pairs with all methods; one table."""
-    config = load_config(arguments)
     protocol = _protocol(arguments)
-    frames, outdoor = _frames(arguments, config, protocol)
+    frames, outdoor, chosen = _frames(arguments, protocol)
+    for note in chosen.notes:
+        print(f"note: {note}", file=sys.stderr)
     pairs = _pairs(arguments, frames, protocol)
     methods = method_names(arguments, outdoor=outdoor)
     subject, refine = str(Path(arguments.folder).resolve()), protocol.refine_truth
-    plan = EvaluationPlan(subject, pairs, methods, config, within_view=arguments.within_view, refine_truth=refine)
+    plan = EvaluationPlan(
+        subject, pairs, methods, chosen.config, within_view=arguments.within_view, refine_truth=refine
+    )
     return run_comparisons([MethodComparison("pairs", plan, OUTDOOR_LIMITS if outdoor else INDOOR_LIMITS)], arguments)
 
 
@@ -70,16 +73,17 @@ def _protocol(arguments: Namespace) -> PairProtocol:
     return replace(protocol, refine_truth=True) if arguments.refine_truth else protocol
 
 
-def _frames(arguments: Namespace, config: Config, protocol: PairProtocol) -> tuple[list[PosedFrame], bool]:
-    """The frames, and whether they are scans."""
+def _frames(arguments: Namespace, protocol: PairProtocol) -> tuple[list[PosedFrame], bool, ChosenConfig]:
+    """The frames, whether they are scans, and the configuration for them."""
     if arguments.layout != BAG:
         dataset = open_dataset(arguments.layout, arguments.folder)
-        return posed_frames(dataset), bool(dataset.scans)
+        suited = "lidar" if dataset.scans else "rgbd"
+        return posed_frames(dataset), bool(dataset.scans), choose_suited(arguments, lambda: suited, "data set")
     if protocol.apart_m > 0:
         raise UsageError("pairs of a bag are chosen by --gaps in frames; --apart is for data set folders")
     rests = {offset % protocol.every for offset in (0, *protocol.gaps)}
-    frames = posed_frames_of_bag(arguments, config, lambda number: number % protocol.every in rests)
-    return frames, any(isinstance(frame.frame.load().geometry, ProjectedScan) for frame in frames[:1])
+    frames, chosen = posed_frames_of_bag(arguments, lambda number: number % protocol.every in rests)
+    return frames, any(isinstance(frame.frame.load().geometry, ProjectedScan) for frame in frames[:1]), chosen
 
 
 def _pairs(arguments: Namespace, frames: list[PosedFrame], protocol: PairProtocol) -> list[FramePair]:

@@ -166,7 +166,7 @@ def load_scan(path: Path) -> NDArray[np.float32]:
     try:
         values = np.fromfile(path, dtype="<f4")
     except OSError as error:
-        raise BagError(f"{path} cannot be read: {error}") from error
+        raise BagError(f"{path} cannot be read: {error.strerror}") from error
     if values.size == 0 or values.size % 4:
         raise BagError(f"{path} holds {values.size} floats; expected x y z intensity for each point")
     return values.reshape(-1, 4)

@@ -32,6 +32,7 @@ def open_tum(folder: Path, *, intrinsics: Intrinsics | None = None, depth_scale:
     intrinsics = intrinsics or find_intrinsics(folder)
     if intrinsics is None:
         notes.append("no intrinsics file: taken as 525 525 319.5 239.5 px, as the benchmark recommends")
+    notes.append("no lens distortion is known here: images are taken as free of it")
     return Dataset(
         name=folder.name,
         camera=make_camera(image_size(depths[0].path), intrinsics or DEFAULT_INTRINSICS),
