@@ -24,7 +24,7 @@ from vigg_ros_testing.bag_samples import (
 )
 from vigg_ros_testing.message_samples import allocating_less_than
 
-SEEDS = settings().max_examples
+SEEDS = 2 * settings().max_examples
 
 PEAK_BYTES = 48_000_000
 """The bags below hold 1.3 MB. A length that was believed would ask for gigabytes."""

@@ -1,22 +1,44 @@
 # SPDX-FileCopyrightText: 2026 The vigg_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Real sensors against poses of a reconstruction and of refined scans, where the data is there."""
+"""Real sensors against poses of a motion capture, a reconstruction and refined scans, where the data is there."""
 
 from functools import cache
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from vigg_ros.bench.datasets.kitti import open_kitti
 from vigg_ros.bench.datasets.rgbd_folder import open_rgbd_folder
 from vigg_ros.bench.worlds.poses import Pose
-from vigg_ros.registration import Config, Features, Frame, extract, register
+from vigg_ros.registration import Camera, Config, Features, Frame, extract, register
+from vigg_ros.registration.rigid import rigid_from_quaternion
 from vigg_ros_testing.registration_samples import answer, assert_near, truth
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
-KITCHEN, KITTI = DATA / "redkitchen", DATA / "kitti_04"
+TUM, KITCHEN, KITTI = DATA / "tum_pairs", DATA / "redkitchen", DATA / "kitti_04"
 CONFIG, LIDAR_CONFIG = Config(), Config.preset("lidar")
+
+
+@pytest.mark.skipif(not TUM.is_dir(), reason=f"no data folder {TUM.name}")
+@pytest.mark.parametrize("case", ["case_1", "case_2"])
+def test_pairs_of_a_motion_capture(case: str) -> None:
+    (target, T_world_target), (source, T_world_source) = tum(case, "prev"), tum(case, "curr")
+    found = answer(register(target, source, CONFIG)).T_target_source
+    # Depth itself disagrees with the poses by 0.13 and 0.75 deg: GICP that starts from them ends up there, and
+    # within 0.1 deg of what is found here.
+    assert_near(found, truth(T_world_target, T_world_source), rotation_deg=1.0, translation_m=0.01)
+
+
+def tum(case: str, name: str) -> tuple[Features, Pose]:
+    """Features and pose of a frame by motion capture: tx ty tz qx qy qz qw."""
+    folder = TUM / case
+    numbers = np.loadtxt(folder / f"pose_{name}.txt")
+    image = cv2.imread(str(folder / f"img_{name}.png"), cv2.IMREAD_COLOR)
+    depth_m = cv2.imread(str(folder / f"dep_{name}.png"), cv2.IMREAD_UNCHANGED).astype(np.float32) / 5000
+    frame = Frame.from_depth(image, depth_m, Camera(640, 480, 525.0, 525.0, 319.5, 239.5))
+    return extract(frame, CONFIG), rigid_from_quaternion(numbers[:3], numbers[3:])
 
 
 @pytest.mark.skipif(not KITCHEN.is_dir(), reason=f"no data folder {KITCHEN.name}")

@@ -4,14 +4,25 @@
 
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vigg_ros.bench.worlds import render_depth, render_lidar
+from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.registration import Frame
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.rigid import inverse, transform
-from vigg_ros_testing.street_samples import CAMERA, T_BASE_CAMERA, T_BASE_LIDAR, T_CAMERA_LIDAR
+from vigg_ros_testing.street_samples import (
+    CAMERA,
+    LIDAR,
+    T_BASE_CAMERA,
+    T_BASE_LIDAR,
+    T_CAMERA_LIDAR,
+    a_street,
+    along,
+)
 
 IMAGE = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), np.uint8)
 
@@ -31,6 +42,19 @@ def at_depth(pixels: NDArray[np.float64], depth_m: float) -> NDArray[np.float64]
 def frame_of(points: NDArray[Any], T_camera_points: NDArray[Any] | None = None, **options: Any) -> Frame:
     T_camera_points = np.eye(4) if T_camera_points is None else T_camera_points
     return Frame.from_points(IMAGE, points, CAMERA, T_camera_points, **options)
+
+
+def street_view(T_world_base: Pose) -> tuple[Frame, NDArray[np.float32]]:
+    """A frame without range noise, and the exact depth at its pixels."""
+    points, _ = render_lidar(a_street(), T_world_base @ T_BASE_LIDAR, LIDAR)
+    depth_m = render_depth(a_street(), CAMERA, T_world_base @ T_BASE_CAMERA)
+    return frame_of(points, T_CAMERA_LIDAR), np.where(depth_m > 0, depth_m, np.float32(1e6))
+
+
+@pytest.fixture(scope="module", params=[0.0, 6.0])
+def view(request: pytest.FixtureRequest) -> tuple[Frame, NDArray[np.float32]]:
+    """Between parked cars, where the camera stands 0.6 m ahead of the LiDAR and 0.4 m below it."""
+    return street_view(along(request.param))
 
 
 def has_point(points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -166,3 +190,33 @@ def test_corrected_points_replace_the_scan_and_have_no_times() -> None:
     np.testing.assert_allclose(corrected.points_at(pixels)[:, 2], 11.0, atol=1e-5)
     assert corrected.scan_with_times() is None
     assert corrected.stamp_ns == 7
+
+
+def test_pixels_of_a_street_see_the_surface_that_the_camera_sees(view: tuple[Frame, NDArray[np.float32]]) -> None:
+    frame, depth_m = view
+    pixels = grid(4)
+    points = frame.points_at(pixels)
+    seen = has_point(points)
+    assert seen.mean() > 0.75
+    # A point within 5 px has one of the depths that the camera sees within 5 px, to a pixel's rounding.
+    window = np.ones((11, 11), np.uint8)
+    u, v = pixels[seen].astype(int).T
+    nearest, farthest = cv2.erode(depth_m, window)[v, u], cv2.dilate(depth_m, window)[v, u]
+    found_m = transform(T_CAMERA_LIDAR, points[seen])[:, 2]
+    assert (found_m > nearest - 0.1).all()
+    # Beams are 1.3 deg (7 px) apart: between two of them a car's edge may leave the wall behind it standing.
+    assert np.mean(found_m > farthest + 0.1) < 0.025
+
+
+def test_hidden_points_of_a_street_go_and_visible_ones_stay(view: tuple[Frame, NDArray[np.float32]]) -> None:
+    frame, depth_m = view
+    in_camera = transform(T_CAMERA_LIDAR, frame.points())
+    pixels = CAMERA.project(in_camera)
+    inside = np.flatnonzero(CAMERA.contains(pixels))
+    u, v = np.rint(pixels[inside]).astype(int).T
+    beyond_m = in_camera[inside, 2] - depth_m[v, u]
+    kept = np.isin(inside, frame.geometry.visible()[0])  # type: ignore[union-attr]
+    hidden, visible = beyond_m > 0.15 * depth_m[v, u] + 0.3, np.abs(beyond_m) < 0.1
+    # Without the test all would be kept; what stays lies between the beams that met the nearer surface.
+    assert kept[hidden].mean() < 0.6
+    assert kept[visible].mean() > 0.985

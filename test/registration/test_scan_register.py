@@ -98,6 +98,12 @@ def test_swapping_target_and_source_inverts_the_motion() -> None:
     assert_registered(source, target, inverse(forward.T_target_source), factor=0.25)
 
 
+def test_the_same_scans_give_the_same_bytes() -> None:
+    first, again = (answer(register(features_along(-10.0), features_along(0.0), CONFIG)) for _ in range(2))
+    assert first.T_target_source.tobytes() == again.T_target_source.tobytes()
+    assert first.covariance.tobytes() == again.covariance.tobytes()
+
+
 @pytest.mark.parametrize(
     ("target_m", "source_m"),
     [(-30.0, -10.0), (-20.0, 0.0), (-10.0, 10.0), (-30.0, -8.0), (-20.0, 4.0), (10.0, -10.0)],

@@ -21,7 +21,7 @@ from vigg_ros.sensors.point_cloud import decode_points
 from vigg_ros_testing.decoder_samples import SAMPLES
 from vigg_ros_testing.message_samples import DATATYPES, allocating_less_than, cloud, point_field, xyz_table
 
-MANY = settings(max_examples=2 * settings().max_examples)
+MANY = settings(max_examples=6 * settings().max_examples)
 
 SIZES = st.integers(0, 9) | st.sampled_from([16, 255, 480, 640, 32_767, 2**16, 2**31, 2**32 - 1])
 FLOATS = st.floats() | st.sampled_from([0.0, 1.0, -1.0, 1e-300, 1e300, 500.0])

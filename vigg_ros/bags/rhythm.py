@@ -25,8 +25,6 @@ class Rhythm:
     """False: the type has no header, so these are log times."""
     zeros: int
     """Messages whose stamp is 0."""
-    delay_ns: int
-    """Median time from the stamp to the recording; 0 for log times."""
 
     @property
     def steps_ns(self) -> NDArray[np.int64]:
@@ -62,9 +60,7 @@ def find_rhythms(entries: Sequence[StampEntry]) -> dict[str, Rhythm]:
 def _rhythm(entries: Sequence[StampEntry]) -> Rhythm:
     stamped = [entry for entry in entries if entry.stamp_ns is not None]
     if not stamped:
-        return Rhythm(np.array([entry.log_ns for entry in entries], np.int64), False, 0, 0)
+        return Rhythm(np.array([entry.log_ns for entry in entries], np.int64), False, 0)
     useful = [entry for entry in stamped if entry.stamp_ns]
     stamps_ns = np.array([entry.stamp_ns for entry in useful], np.int64)
-    delays_ns = np.array([entry.log_ns for entry in useful], np.int64) - stamps_ns
-    delay_ns = int(np.median(delays_ns)) if delays_ns.size else 0
-    return Rhythm(stamps_ns, True, len(stamped) - len(useful), delay_ns)
+    return Rhythm(stamps_ns, True, len(stamped) - len(useful))

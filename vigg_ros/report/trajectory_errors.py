@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.rigid import angle_rad, inverse
 from vigg_ros.report.trajectory import Alignment, Trajectory, mean_rotation
+from vigg_ros.sensors.header import NS_PER_S
 
-SECOND_NS = 1_000_000_000
 SECOND_SLACK_NS = 100_000_000
 """Frames count as one second apart within this; slower cameras than 5 Hz may have none."""
 
@@ -113,7 +113,7 @@ def neighbours(known: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 def one_second_apart(stamps_ns: NDArray[np.int64]) -> NDArray[np.int64]:
     """Pairs (M, 2) of rows of ascending stamps (N,) that lie one second apart, or nearly."""
-    wanted_ns = stamps_ns + SECOND_NS
+    wanted_ns = stamps_ns + NS_PER_S
     after = np.searchsorted(stamps_ns, wanted_ns)
     # The last second of a path has no partners: its end would stand in for them, and be too near.
     wanted_ns, after = wanted_ns[after < len(stamps_ns)], after[after < len(stamps_ns)]

@@ -19,6 +19,7 @@ from vigg_ros.sensors.pixels import pixel_rows
 UNIT_16_BIT_M = 0.001
 UNIT_FLOAT_M = 1.0
 NO_RETURN_16_BIT = 65_535
+"""Besides 0, what 16-bit depth images hold where there is no depth."""
 MIN_DEPTH_PIXELS = 3
 """A rigid motion needs three points."""
 

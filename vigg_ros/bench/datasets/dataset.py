@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 from vigg_ros.bags.trajectories import DatasetPose
 from vigg_ros.registration import BagError, Camera, Frame
 from vigg_ros.registration.rigid import inverse
+from vigg_ros.sensors.depth_image import NO_RETURN_16_BIT
 from vigg_ros.tracking.pairing import assign
-
-NO_DEPTH_RAW = 65535
-"""Besides 0, what 16-bit depth images of Kinects hold where there is no depth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +155,7 @@ def load_depth_raw(path: Path, camera: Camera) -> NDArray[np.uint16]:
             f"{path} is {depth.dtype} of shape {depth.shape}; expected 16-bit depth of shape "
             f"({camera.height_px}, {camera.width_px}), as the calibration says"
         )
-    depth[depth == NO_DEPTH_RAW] = 0
+    depth[depth == NO_RETURN_16_BIT] = 0
     return depth
 
 
