@@ -23,6 +23,7 @@ from vigg_ros.registration.options import (
     InputConfig,
     KeyframeConfig,
     LocalMatchConfig,
+    NoiseConfig,
     PairingConfig,
     RefinementConfig,
     VisualConfig,
@@ -39,6 +40,7 @@ class Config:
 
     visual: VisualConfig = VisualConfig()
     geometric: GeometricConfig = GeometricConfig()
+    noise: NoiseConfig = NoiseConfig()
     cliques: CliqueConfig = CliqueConfig()
     local_match: LocalMatchConfig = LocalMatchConfig()
     refinement: RefinementConfig = RefinementConfig()

@@ -9,6 +9,7 @@ from contextvars import copy_context
 from dataclasses import dataclass
 from functools import cached_property, partial
 
+from vigg_ros.registration.alignment import Alignment, DepthAlignment, DepthSurface, IndexedSurface, ScanAlignment
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import (
@@ -18,10 +19,12 @@ from vigg_ros.registration.geometric import (
     build_patches,
     build_surface,
     rows_in_range,
+    sample,
 )
-from vigg_ros.registration.geometry import View
+from vigg_ros.registration.geometry import DepthMap, View
 from vigg_ros.registration.local_match import LocalMatcher, max_zone_radius_m
-from vigg_ros.registration.refinement import SurfaceAligner
+from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.noise import DepthNoise, DepthPlanes, noise_of
 from vigg_ros.registration.visual import Keypoints, detect, is_reduced
 
 
@@ -45,6 +48,10 @@ class Features:
     """The coarse grid, where features are described: enough to see whether two frames agree."""
     view: View
     """The lines of sight."""
+    noise: DepthNoise
+    """Of its points."""
+    planes: DepthPlanes | None
+    """Of a depth image."""
 
     @cached_property
     def fine_keypoints(self) -> Keypoints:
@@ -72,9 +79,25 @@ class Features:
         return LocalMatcher(self.landmarks, max_zone_radius_m(config.cliques.inlier_threshold_m, config.local_match))
 
     @cached_property
-    def aligner(self) -> SurfaceAligner:
+    def indexed(self) -> IndexedSurface:
         """The surface, indexed for alignment when the frame is a target."""
-        return SurfaceAligner(self.surface, self.config.geometric.voxel_size_m)
+        return IndexedSurface(self.surface, self.config.geometric.voxel_size_m)
+
+    @cached_property
+    def depth_surface(self) -> DepthSurface | None:
+        """The planes of a depth image, to be aligned."""
+        if self.planes is None:
+            return None
+        geometric = self.config.geometric
+        return DepthSurface.of(self.planes, self.noise, near_m=geometric.min_range_m, far_m=geometric.max_range_m)
+
+
+def alignment(target: Features, source: Features, visual: Matches, config: Config) -> Alignment:
+    """How two frames are aligned: depth images by projection, scans in space."""
+    if target.depth_surface is not None and source.depth_surface is not None:
+        return DepthAlignment(target.depth_surface, source.depth_surface, visual, config.geometric.voxel_size_m)
+    rows = sample(len(source.surface), config.geometric.sample_k, config.seed)
+    return ScanAlignment(target.indexed, source.surface.select(rows), visual)
 
 
 def extract(frame: Frame, config: Config) -> Features:
@@ -85,11 +108,13 @@ def extract(frame: Frame, config: Config) -> Features:
     # A pool for each frame: it takes 0.1 ms, and survives a fork of the process, as one for all would not.
     with ThreadPoolExecutor(max_workers=1, thread_name_prefix="keypoints") as beside:
         detecting = beside.submit(copy_context().run, partial(_keypoints, frame, config, config.visual.max_pixels))
+        planes = DepthPlanes.of(frame.geometry) if isinstance(frame.geometry, DepthMap) else None
+        noise = noise_of(planes, config.noise)
         surface = build_surface(frame.points(), config.geometric)
         patches = build_patches(surface, config.geometric)
         view = frame.geometry.view()
         keypoints = detecting.result()
-    return Features(frame, config, keypoints, surface, patches, view)
+    return Features(frame, config, keypoints, surface, patches, view, noise, planes)
 
 
 def _keypoints(frame: Frame, config: Config, max_pixels: int | None) -> Keypoints:

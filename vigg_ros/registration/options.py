@@ -108,6 +108,26 @@ class GeometricConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class NoiseConfig:
+    """How far a measured point may be off along its line of sight."""
+
+    model: str = option(
+        "auto", "the kind of depth sensor; auto measures a depth image's noise on its flat parts, and takes a scan for "
+        "a lidar's",
+        choices=("auto", "structured_light", "stereo", "time_of_flight", "lidar"),
+    )
+    sigma_m: float = option(0.0, "a constant part of your own; 0 for the model's", unit="m", low=0.0, high=10.0)
+    sigma_per_m: float = option(
+        0.0, "a part that grows with the distance; 0 for the model's", unit="m/m", low=0.0, high=1.0
+    )
+    sigma_per_m2: float = option(
+        0.0, "a part that grows with its square, for stereo the error of the disparity (px) over focal length (px) "
+        "times baseline (m); 0 for the model's",
+        unit="m/m^2", low=0.0, high=1.0,
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class CliqueConfig:
     """Hypotheses from cliques of compatible matches, and their choice (GVCA, paper 3.2)."""
 

@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vigg_ros.acceptance.agreement import Candidate, Pair, assess
+from vigg_ros.acceptance.agreement import Candidate, Pair, assess, inliers_of
 from vigg_ros.acceptance.checks import frame_objection, is_supported, search_objection
 from vigg_ros.acceptance.ranking import best_and_competitors, can_compete, has_decisive_winner, is_decisive, judge
 from vigg_ros.registration.cliques import Hypotheses, distinct, propose
 from vigg_ros.registration.config import Config
-from vigg_ros.registration.features import Features, extract
+from vigg_ros.registration.features import Features, alignment, extract
 from vigg_ros.registration.geometric import match_global, sample
 from vigg_ros.registration.local_match import guided_fit, max_zone_radius_m
 from vigg_ros.registration.matches import concatenate, no_matches
@@ -121,5 +121,11 @@ def _is_supported(candidate: Candidate, config: Config) -> bool:
 def polish(pair: Pair, motions: Sequence[NDArray[np.float64]]) -> list[Fit]:
     """Each motion (4, 4) with surfaces and visual inliers aligned to the sensor's limit."""
     config = pair.config
-    source = pair.source.surface.select(sample(len(pair.source.surface), config.geometric.sample_k, config.seed))
-    return [refine(pair.target.aligner, source, pair.visual, motion, config) for motion in motions]
+    fits = []
+    for motion in motions:
+        visual = pair.visual.select(inliers_of(pair.visual, motion, config))
+        aligned = alignment(pair.target, pair.source, visual, config)
+        fits.append(
+            refine(aligned, motion, iterations=config.refinement.iterations, voxel_m=config.geometric.voxel_size_m)
+        )
+    return fits
