@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -72,21 +73,19 @@ class GridView:
     @classmethod
     def of(cls, frame: Frame, geometry: DepthMap, T_odom_camera: NDArray[np.float64]) -> GridView:
         """What the frame shows."""
-        depth_m, height, width = geometry.depth_m, *geometry.depth_m.shape
-        rows, columns = (_starts(*pair) for pair in zip((height, width), GRID_SHAPE, strict=True))
+        shape = _grid_shape(geometry.camera)
+        step = max(1, geometry.camera.height_px // (4 * shape[0]))  # 4 x 4 samples of a cell are enough
+        depth_m = np.ascontiguousarray(geometry.depth_m[::step, ::step])
         known = depth_m > 0
-        counts = _pooled(np.add, known.astype(np.float32), rows, columns)
-        sizes = np.outer(np.diff([*rows, height]), np.diff([*columns, width]))
-        is_known = counts >= MIN_CELL_SHARE * sizes
+        share = _cell_means(known.astype(np.float32), shape)
+        is_known = share >= MIN_CELL_SHARE
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean_m = np.where(is_known, _pooled(np.add, depth_m, rows, columns) / counts, np.nan)
-        near_m = _pooled(np.minimum, np.where(known, depth_m, np.float32(np.inf)), rows, columns)
+            mean_m = np.where(is_known, _cell_means(depth_m, shape) / share, np.float32(np.nan))
         around = np.ones((3, 3), np.uint8)
-        nearest_m = cv2.erode(near_m, around)
+        nearest_m = cv2.erode(_cell_minima(np.where(known, depth_m, np.float32(np.inf)), shape), around)
         nearest_m[cv2.erode(is_known.astype(np.uint8), around) == 0] = np.nan
-        small = cv2.resize(frame.image, is_known.shape[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
-        brightness = small if small.ndim == 2 else small.mean(axis=2)
-        return cls(T_odom_camera, mean_m.astype(np.float32), nearest_m, brightness)
+        brightness = _cell_means(frame.image, shape).astype(np.float32)
+        return cls(T_odom_camera, mean_m, nearest_m, brightness if brightness.ndim == 2 else brightness.mean(axis=2))
 
 
 class OwnBody:
@@ -122,36 +121,39 @@ class OwnBody:
     def _begin(self, camera: Camera) -> None:
         self._camera = camera
         self._views.clear()
-        shape = tuple(min(pair) for pair in zip((camera.height_px, camera.width_px), GRID_SHAPE, strict=True))
+        shape = _grid_shape(camera)
         self._scores, self._fixed = np.zeros(shape, np.int64), np.zeros(shape, bool)
         self.mask = None
 
     def _compare(self, before: GridView, now: GridView, camera: Camera) -> None:
         """Let two views speak for and against each cell."""
-        same = np.abs(now.depth_m - before.depth_m) < MAX_DEPTH_CHANGE * now.depth_m
-        changed = np.isfinite(now.depth_m) & np.isfinite(before.depth_m) & ~same
-        same &= np.abs(now.brightness - before.brightness) < MAX_BRIGHTNESS_CHANGE
-        contradicts = _is_seen_through(before, now, camera) | _is_seen_through(now, before, camera)
-        self._scores = np.clip(self._scores + (same & contradicts) - changed, 0, MAX_SCORE)
+        is_known = np.isfinite(now.depth_m) & np.isfinite(before.depth_m)
+        is_near = np.abs(now.depth_m - before.depth_m) < MAX_DEPTH_CHANGE * now.depth_m
+        is_same = is_near & (np.abs(now.brightness - before.brightness) < MAX_BRIGHTNESS_CHANGE)
+        is_fixed = np.zeros_like(is_same)
+        for one, other in ((before, now), (now, before)):
+            is_fixed[is_same] |= _is_seen_through(one, other, is_same, camera)
+        if is_fixed.sum() > (is_known & ~is_same).sum():
+            return  # more stands still in the image than moves: the camera did not move, and the poses are wrong
+        self._scores = np.clip(self._scores + is_fixed - (is_known & ~is_near), 0, MAX_SCORE)
         self._fixed = (self._scores >= NEEDED_VIEWS) | (self._fixed & (self._scores > 0))
         self.mask = _as_mask(self._fixed, camera)
 
 
-def _is_seen_through(one: GridView, other: GridView, camera: Camera) -> NDArray[np.bool_]:
-    """Which cells of one view show a surface in whose place the other view shows only what lies far behind."""
-    shape = one.depth_m.shape
+def _is_seen_through(one: GridView, other: GridView, cells: NDArray[np.bool_], camera: Camera) -> NDArray[np.bool_]:
+    """For each of the cells (rows, columns) that are chosen, N in all: whether one view has a surface there in whose
+    place the other view shows only what lies far behind. (N,)"""
+    shape = cells.shape
     scale = np.array((camera.width_px / shape[1], camera.height_px / shape[0]))
-    row, column = np.indices(shape).reshape(2, -1)
-    centres = (np.column_stack((column, row)) + 0.5) * scale - 0.5
-    points = camera.lift(centres, one.depth_m.ravel().astype(np.float64))
+    row, column = np.nonzero(cells)
+    points = camera.lift((np.column_stack((column, row)) + 0.5) * scale - 0.5, one.depth_m[cells].astype(np.float64))
     points = transform(inverse(other.T_odom_camera) @ one.T_odom_camera, points)
     pixels = camera.project(points)
-    out = np.zeros(len(points), bool)
     inside = np.flatnonzero(camera.contains(pixels))
-    cell = np.minimum(((pixels[inside] + 0.5) / scale).astype(np.intp), (shape[1] - 1, shape[0] - 1))
-    z = points[inside, 2]
-    out[inside] = other.nearest_m[cell[:, 1], cell[:, 0]] > (1 + SEEN_THROUGH_SHARE) * z + SEEN_THROUGH_M
-    return out.reshape(shape)
+    column, row = np.minimum(((pixels[inside] + 0.5) / scale).astype(np.intp), (shape[1] - 1, shape[0] - 1)).T
+    out = np.zeros(len(points), bool)
+    out[inside] = other.nearest_m[row, column] > (1 + SEEN_THROUGH_SHARE) * points[inside, 2] + SEEN_THROUGH_M
+    return out
 
 
 def _as_mask(fixed: NDArray[np.bool_], camera: Camera) -> NDArray[np.bool_] | None:
@@ -173,14 +175,17 @@ def _motion(T_odom_one: NDArray[np.float64], T_odom_other: NDArray[np.float64]) 
     return max(float(np.linalg.norm(T[:3, 3])) / UNIT_M, float(np.rad2deg(angle_rad(T[:3, :3]))) / UNIT_DEG)
 
 
-def _starts(pixels: int, cells: int) -> NDArray[np.intp]:
-    """Where each cell begins along an axis; a cell has a pixel at least."""
-    cells = min(cells, pixels)
-    return np.arange(cells) * pixels // cells
+def _grid_shape(camera: Camera) -> tuple[int, int]:
+    """GRID_SHAPE, or as many cells as there are pixels."""
+    return min(camera.height_px, GRID_SHAPE[0]), min(camera.width_px, GRID_SHAPE[1])
 
 
-def _pooled(
-    function: np.ufunc, values: NDArray[np.float32], rows: NDArray[np.intp], columns: NDArray[np.intp]
-) -> NDArray[np.float32]:
-    """Sum or minimum of the pixels of each cell."""
-    return np.asarray(function.reduceat(function.reduceat(values, rows, axis=0), columns, axis=1))
+def _cell_means(values: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
+    return np.asarray(cv2.resize(values, shape[::-1], interpolation=cv2.INTER_AREA))
+
+
+def _cell_minima(values: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Of each cell, and the row and column after it where cells have no whole number of pixels."""
+    window = [-(-pixels // cells) for pixels, cells in zip(values.shape, shape, strict=True)]
+    minima = cv2.erode(values, np.ones(window, np.uint8), anchor=(0, 0))
+    return np.asarray(cv2.resize(minima, shape[::-1], interpolation=cv2.INTER_NEAREST))
