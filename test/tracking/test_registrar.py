@@ -293,8 +293,8 @@ def test_frames_that_show_nothing_begin_no_session_and_a_place_known_is_still_fo
 def test_every_keyframe_is_asked_before_a_session_is_given_up(studio):
     """In the dark for longer than the timeout, then where only the first of five keyframes has been, one asked a
     frame."""
-    config = CONFIG.replace({"keyframes.retries": 1, "keyframes.max_rotation_deg": 5.0, "keyframes.lost_timeout_s": 0.5})
-    registrar = Registrar(config)
+    few = {"keyframes.retries": 1, "keyframes.max_rotation_deg": 5.0, "keyframes.lost_timeout_s": 0.5}
+    registrar = Registrar(CONFIG.replace(few))
     path = pan(0, 13)
     keyframes = sum(result.new_keyframe for result in follow(registrar, frames(studio, path)))
     back = follow(registrar, frames(studio, [*[None] * 6, *[path[0]] * keyframes], first=13))

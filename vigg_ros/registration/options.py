@@ -35,7 +35,10 @@ def option(
 
 
 def coerced(spec: Field[Any], value: Any) -> Any:
-    """An integer is accepted for a real number; nothing else is converted."""
+    """An integer is accepted for a real number, and the off of YAML, which is its word for false, for a choice of that
+    name; nothing else is converted."""
+    if value is False and "off" in spec.metadata["choices"]:
+        return "off"
     if type(spec.default) is float and type(value) is int and spec.metadata["low"] <= value <= spec.metadata["high"]:
         return float(value)
     return value
