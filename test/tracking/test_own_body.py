@@ -14,7 +14,7 @@ from vigg_ros.bench.worlds import HandheldLoop, render_rgbd
 from vigg_ros.bench.worlds.poses import Pose, look_at
 from vigg_ros.registration import Camera, Config, Frame
 from vigg_ros.tracking import FrameResult, Registrar, State
-from vigg_ros.tracking.own_body import NEEDED_VIEWS, OwnBody
+from vigg_ros.tracking.own_body import MAX_VIEWS, NEEDED_VIEWS, OwnBody
 from vigg_ros_testing.registration_samples import CAMERA, Studio, measured, noisy
 from vigg_ros_testing.simple_scenes import scene_of, wall
 
@@ -116,6 +116,13 @@ def test_another_camera_begins_anew(studio: Studio) -> None:
         image, depth_m = np.zeros((45, 80), np.uint8), np.full((45, 80), 1 + 0.1 * k, np.float32)
         body.watch(Frame.from_depth(image, depth_m, other), PATH[k])
         assert body.mask is None
+
+
+def test_a_camera_that_sways_for_ever_fills_no_memory(studio: Studio) -> None:
+    body, frame = OwnBody(), studio.frame(PATH[0], 1)
+    for k in range(3 * MAX_VIEWS):
+        body.watch(frame, small_motion((0.05 * (k % 2), 0, 0)))
+    assert len(body._views) == MAX_VIEWS
 
 
 def tracked(studio: Studio, config: Config) -> tuple[Registrar, list[FrameResult]]:

@@ -42,6 +42,9 @@ MAX_SCORE = 2 * NEEDED_VIEWS
 MIN_MOTION, MAX_MOTION = 1.0, 3.0
 """Between two views that are compared: less moves nothing far enough, after more they share little."""
 
+MAX_VIEWS = 30
+"""That wait to be compared; twice those of a straight way, as a camera may sway for ever within MAX_MOTION."""
+
 MAX_DEPTH_CHANGE = 0.02
 """Of the mean depth of a cell of the body: three sigma of the mean over a cell, even where depth is good to 5 %."""
 
@@ -93,7 +96,7 @@ class OwnBody:
 
     def __init__(self) -> None:
         self._camera: Camera | None = None
-        self._views: deque[GridView] = deque()
+        self._views: deque[GridView] = deque(maxlen=MAX_VIEWS)
         self._scores, self._fixed = np.zeros(0, np.int64), np.zeros(0, bool)
         self.mask: NDArray[np.bool_] | None = None
         """(H, W) of the image, True where the body is; None while none was found."""

@@ -61,7 +61,7 @@ class Registrar:
     def session(self) -> int:
         """The session that the results belong to: that of the input, plus those that began by themselves.
 
-        Neither number ever falls, so no two sessions have one number, in whatever order they begin.
+        As neither number falls, no two sessions have one number, in whatever order they begin.
         """
         return self._input_session + self.own_sessions
 
