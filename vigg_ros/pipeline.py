@@ -21,6 +21,7 @@ from vigg_ros.tracking.assembly import FrameAssembler, Refusal, SyncedFrame, Syn
 from vigg_ros.tracking.extrinsics import Lookup, fixed
 from vigg_ros.tracking.frame_result import FrameResult, State
 from vigg_ros.tracking.registrar import Registrar
+from vigg_ros.tracking.user_mask import UserMask
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +53,14 @@ class Pipeline:
         *,
         topics: Mapping[Role, str] | None = None,
     ) -> None:
-        """``extrinsics``: T_camera_points (4, 4), or a lookup by the names of the two frames. ``topics`` by role: that
+        """Raises ConfigError for a mask that cannot be read.
+
+        ``extrinsics``: T_camera_points (4, 4), or a lookup by the names of the two frames. ``topics`` by role: that
         of the image says whether it is rectified, unless ``input.rectify`` does."""
         lookup = fixed(extrinsics) if isinstance(extrinsics, np.ndarray) else extrinsics
         self.leader: Role = "image" if lookup is None else "points"
         self._decoder = InputDecoder(config.input, (topics or {}).get("image", ""))
-        self._assembler = FrameAssembler(config.pairing, lookup)
+        self._assembler = FrameAssembler(config.pairing, lookup, UserMask(config.input))
         self._registrar = Registrar(config)
         self._restarts = 0
         self.refused: Counter[str] = Counter()
@@ -105,7 +108,10 @@ class Pipeline:
 
     def track(self, synced: SyncedFrame) -> FrameResult:
         """Register a frame."""
-        return replace(self._registrar.step(synced.frame, session=synced.session), frame_id=synced.frame_id)
+        result = self._registrar.step(synced.frame, session=synced.session)
+        for note in result.notes:
+            self.notes.setdefault((self.leader, note.code), note)
+        return replace(result, frame_id=synced.frame_id)
 
     def finish(self, found: Iterable[FrameResult | SyncedMessages]) -> Iterator[FrameResult]:
         """Build and track what was received, each frame when its result is asked for: results hold images, and many
@@ -123,7 +129,8 @@ class Pipeline:
     def left_out(self, one: SyncedMessages | Refusal, state: State, reason: str, message: str) -> FrameResult:
         """The result of a frame that is not registered."""
         frame_id = one.leader.frame_id if isinstance(one, SyncedMessages) else ""
-        return FrameResult(one.stamp_ns, one.session, state, reason, message, frame_id)
+        session = one.session + self._registrar.own_sessions
+        return FrameResult(one.stamp_ns, session, state, reason, message, frame_id)
 
     def request_keyframe(self) -> None:
         """Let the next tracked frame become the reference."""
@@ -147,7 +154,8 @@ class Pipeline:
         return self.left_out(refusal, State.REFUSED, refusal.code, refusal.message)
 
     def _numbered(self, one: SyncedMessages | Refusal) -> SyncedMessages | Refusal:
-        """With the number of the session since the pipeline was made: a restart begins one too."""
+        """With the number of the session since the pipeline was made: a restart begins one too. Those that begin
+        because a camera was lost for too long are counted by the Registrar, on top."""
         return replace(one, session=one.session + self._restarts)
 
 

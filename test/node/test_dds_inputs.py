@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from vigg_ros.messages.sensor_messages import encode_points
+from vigg_ros.bench.worlds import hall_of_columns, render_rgbd
+from vigg_ros.bench.worlds.poses import look_at
+from vigg_ros.messages.sensor_messages import encode_image, encode_points
 from vigg_ros.node.ros_classes import ros
 from vigg_ros_testing.registrar_process import depth_arguments, parameters
-from vigg_ros_testing.rendered_frames import LARGER, TYPES, frame, send, send_and_wait, stamp_of_frame
+from vigg_ros_testing.rendered_frames import LARGER, SMALL, TYPES, frame, send, send_and_wait, stamp_of_frame
 from vigg_ros_testing.ros_peer import Peer, values_of
 
 
@@ -137,6 +139,26 @@ def test_a_burst_of_frames_leaves_the_memory_flat(node, peer):
     print(f"memory {before_mb:.0f} MB, after 1,000 frames at once {after_mb:.0f} MB")
     # A thousand frames are 134 MB of pixels; the middleware holds ten messages of each topic.
     assert after_mb - before_mb < 30
+
+
+def elsewhere(stamp_ns):
+    """A frame of another world."""
+    image, depth_m = render_rgbd(hall_of_columns(seed=2), SMALL, look_at((0, 0.3, 1.4), (2, 0.1, 1.2)))
+    at = {"stamp_ns": stamp_ns, "frame_id": "cam"}
+    seen = {"/rgb/image": encode_image(image, **at), "/depth/image": encode_image(depth_m, **at)}
+    return frame(0, stamp_ns=stamp_ns) | seen
+
+
+def test_a_camera_carried_away_begins_a_session_by_itself_and_the_log_says_why(node, peer):
+    """As in a replay; stamps say how long it was lost, not the clock."""
+    before = send_and_wait(peer, frame(40))
+    answers = [send_and_wait(peer, elsewhere(stamp_of_frame(40) + k * 10**9)) for k in (1, 2, 3, 4)]
+    assert [one["state"] for one in answers] == ["LOST", "LOST", "STARTED", "TRACKING"]
+    begun = int(before["session"]) + 1
+    assert [int(one["session"]) for one in answers] == [begun - 1, begun - 1, begun, begun]
+    assert "STARTED: lost for 3.0 s: a new session starts" in answers[2]["text"]
+    node.wait_for(f"session {begun} started: lost for 3.0 s: a new session starts; cam at this frame", 5.0)
+    assert "LOST_TIMEOUT" in node.wait_for("found no pose for 3.0 s, a new session began", 5.0)
 
 
 @pytest.mark.hostile("System: publisher restarts with another resolution A")

@@ -36,7 +36,7 @@ def test_every_option_says_what_it_is_for(name: str) -> None:
     if type(spec.default) in (int, float):
         assert -math.inf < spec.metadata["low"] <= spec.default <= spec.metadata["high"] < math.inf
     elif not isinstance(spec.default, bool):
-        assert spec.default in spec.metadata["choices"]
+        assert spec.default in (spec.metadata["choices"] or ("",))  # free text is empty by default
     assert name.endswith("_m") == (spec.metadata["unit"] == "m")
 
 
@@ -216,3 +216,12 @@ def test_the_old_name_of_a_section_works_with_a_note() -> None:
     assert config.acceptance.min_inliers == 12
     with pytest.warns(FutureWarning), pytest.raises(ConfigError, match="by its old name too"):
         Config().replace({"acceptance.min_inliers": 12, "verification.min_inliers": 13})
+
+
+def test_the_off_of_yaml_is_a_choice_of_that_name_and_no_other(tmp_path: Path) -> None:
+    """YAML reads off as false, in files and in --set alike."""
+    (tmp_path / "off.yaml").write_text("input:\n  own_body: off\n")
+    assert Config.load(tmp_path / "off.yaml").input.own_body == "off"
+    for changes in ({"input.own_body": True}, {"visual.detector": False}):
+        with pytest.raises(ConfigError, match="expected str"):
+            Config().replace(changes)

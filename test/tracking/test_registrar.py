@@ -3,18 +3,25 @@
 """A camera carried through a rendered room: every pose is known, and where there is none it must say so."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from vigg_ros.bags.decoding import message_types
 from vigg_ros.bench.worlds import HandheldLoop
 from vigg_ros.bench.worlds.poses import look_at
+from vigg_ros.messages.fields import ROSBAGS, build
+from vigg_ros.messages.sensor_messages import encode_camera_info, encode_image
+from vigg_ros.pipeline import Pipeline
 from vigg_ros.registration import Camera, Config, Frame, Reason, Registration, Rejection
 from vigg_ros.registration.features import Features, extract
+from vigg_ros.registration.stages import OutOfTime
+from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.tracking import Registrar, State
 from vigg_ros.tracking.keyframes import KeyframeBuffer
-from vigg_ros_testing.registration_samples import errors, looking
+from vigg_ros_testing.registration_samples import CAMERA, errors, looking, measured
 
 CONFIG = Config()
 PERIOD_NS = 100_000_000
@@ -216,6 +223,119 @@ def test_another_world_is_never_answered(studio, hall):
     results = follow(registrar, frames(hall, view, first=3))
     assert states(results) == ["LOST"] * 3
     assert all(result.T_odom_frame is None for result in results)
+
+
+ELSEWHERE = [look_at((0, 0.3 + 0.02 * k, 1.4), (2, 0.1, 1.2)) for k in range(6)]
+"""In another world; at 1 Hz."""
+
+
+def walked_and_carried_away(studio, hall, config, *, shown=None):
+    """Two frames at 10 Hz in the room, then six at 1 Hz in the hall, or where ``shown`` says."""
+    registrar = Registrar(config)
+    before = follow(registrar, frames(studio, poses(0, 2)))
+    carried = frames(hall, ELSEWHERE) if shown is None else shown
+    after = [registrar.step(replace(frame, stamp_ns=before[-1].stamp_ns + (k + 1) * NS_PER_S))
+             for k, frame in enumerate(carried)]  # fmt: skip
+    return registrar, before, after
+
+
+def test_after_too_long_without_a_pose_a_new_session_begins_by_itself(studio, hall):
+    _, before, after = walked_and_carried_away(studio, hall, CONFIG)
+    assert states(before + after) == ["STARTED", "TRACKING", "LOST", "LOST", "STARTED", *["TRACKING"] * 3]
+    assert [result.session for result in before + after] == [0, 0, 0, 0, 1, 1, 1, 1]
+    assert after[2].message == "lost for 3.0 s: a new session starts"
+    assert [note.code for result in before + after for note in result.notes] == ["LOST_TIMEOUT"]
+    assert (after[2].keyframe_id, after[2].reason, after[2].outcome, after[2].new_keyframe) == (0, "", None, True)
+    np.testing.assert_array_equal(after[2].T_odom_frame, np.eye(4))
+    for result, pose in zip(after[2:], ELSEWHERE[2:], strict=True):
+        rotation_deg, translation_m = errors(result.T_odom_frame, np.linalg.inv(ELSEWHERE[2]) @ pose)
+        assert rotation_deg < 1.0
+        assert translation_m < 0.02  # of steps of 2 cm
+
+
+def test_messages_of_a_place_never_seen_begin_a_session_too(studio, hall):
+    """Through the pipeline, that of the node and of a replay; an image without depth is of the session of its time."""
+    pipeline = Pipeline(CONFIG)
+    shown = [(studio, poses(0, 1)[0], 0.0), *((hall, pose, 1.0 + k) for k, pose in enumerate(ELSEWHERE[:4]))]
+    results = []
+    for number, (world, pose, at_s) in enumerate(shown):
+        image, depth_m = measured(*world.view(pose), seed=number)
+        at = {"stamp_ns": START_NS + round(at_s * NS_PER_S), "frame_id": "optical"}
+        messages = {"camera_info": encode_camera_info(CAMERA, **at), "image": encode_image(image, **at)}
+        messages |= {"depth": encode_image(depth_m, **at)} if number != 4 else {}
+        for role, message in messages.items():
+            results += pipeline.feed(role, build(message, message_types().types.__getitem__, ROSBAGS))
+    results += pipeline.flush()
+    assert states(results) == ["STARTED", "LOST", "LOST", "STARTED", "REFUSED"]
+    assert [result.session for result in results] == [0, 0, 0, 1, 1]
+    (note,) = pipeline.notes.values()
+    assert str(note).startswith("found no pose for 3.0 s, a new session began")
+
+
+@pytest.mark.parametrize(("timeout_s", "lost"), [(0.0, 6), (4.5, 4)])
+def test_the_time_without_a_pose_is_as_configured_and_0_is_never(timeout_s, lost, studio, hall):
+    config = CONFIG.replace({"keyframes.lost_timeout_s": timeout_s})
+    _, _, after = walked_and_carried_away(studio, hall, config)
+    assert states(after) == ["LOST"] * lost + ["STARTED", "TRACKING"][: 6 - lost]
+
+
+def test_frames_that_show_nothing_begin_no_session_and_a_place_known_is_still_found_after_them(studio, hall):
+    """A lens covered for longer than the timeout: the session goes on where the camera stands still, and elsewhere the
+    first frame that shows something begins another one."""
+    dark = frames(hall, [None] * 4)
+    _, _, same = walked_and_carried_away(studio, hall, CONFIG, shown=[*dark, *frames(studio, poses(2, 3))])
+    assert states(same) == ["LOST"] * 4 + ["TRACKING"]
+    assert {result.session for result in same} == {0}
+    _, _, other = walked_and_carried_away(studio, hall, CONFIG, shown=[*dark, *frames(hall, ELSEWHERE[:2])])
+    assert states(other) == ["LOST"] * 4 + ["STARTED", "TRACKING"]
+
+
+def test_every_keyframe_is_asked_before_a_session_is_given_up(studio):
+    """In the dark for longer than the timeout, then where only the first of five keyframes has been, one asked a
+    frame."""
+    few = {"keyframes.retries": 1, "keyframes.max_rotation_deg": 5.0, "keyframes.lost_timeout_s": 0.5}
+    registrar = Registrar(CONFIG.replace(few))
+    path = pan(0, 13)
+    keyframes = sum(result.new_keyframe for result in follow(registrar, frames(studio, path)))
+    back = follow(registrar, frames(studio, [*[None] * 6, *[path[0]] * keyframes], first=13))
+    found = [result for result in back if result.state is not State.LOST]
+    assert (found[0].state, found[0].session) == (State.RELOCALISED, 0)
+
+
+def test_sessions_of_the_input_and_those_that_begin_by_themselves_never_share_a_number(studio, hall):
+    config = CONFIG.replace({"keyframes.lost_timeout_s": 0.1})
+    registrar = Registrar(config)
+    room, other = frames(studio, poses(0, 2)), frames(hall, ELSEWHERE[:2])
+    shown = [(room[0], 0), (other[0], 0), (room[1], 0), (other[1], 1), (room[0], 1), (room[1], 4)]
+    results = [
+        registrar.step(replace(frame, stamp_ns=START_NS + k * NS_PER_S), session=number)
+        for k, (frame, number) in enumerate(shown)
+    ]
+    assert states(results) == ["STARTED"] * 6
+    assert [result.session for result in results] == [0, 1, 2, 3, 4, 7]
+    assert (registrar.session, registrar.own_sessions) == (7, 3)
+
+
+def test_a_clock_that_was_set_back_ends_the_wait_too(studio, hall):
+    """By an hour: the time without a pose counts from the first stamp after it."""
+    registrar = Registrar(CONFIG)
+    follow(registrar, frames(studio, poses(0, 2)))
+    back = [replace(frame, stamp_ns=START_NS - 3600 * NS_PER_S + k * NS_PER_S)
+            for k, frame in enumerate(frames(hall, ELSEWHERE))]  # fmt: skip
+    assert states(follow(registrar, back)) == ["LOST"] * 3 + ["STARTED"] + ["TRACKING"] * 2
+
+
+def test_a_time_budget_that_a_search_uses_up_does_not_keep_it_lost(studio, hall, monkeypatch):
+    registrar = Registrar(CONFIG.replace({"time_budget_s": 60.0, "keyframes.lost_timeout_s": 0.15}))
+    follow(registrar, frames(studio, poses(0, 2)))
+
+    def endless(*_):
+        raise OutOfTime("the time budget of 60 s was used up before cliques")
+
+    monkeypatch.setattr("vigg_ros.tracking.registrar.register", endless)
+    results = follow(registrar, frames(hall, ELSEWHERE[:3], first=2))
+    assert [result.reason for result in results] == ["TIMEOUT", "", "TIMEOUT"]
+    assert results[1].state is State.STARTED
 
 
 @pytest.mark.parametrize("number", [None, 3], ids=["reset", "a new session of the input"])

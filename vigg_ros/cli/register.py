@@ -25,6 +25,7 @@ from vigg_ros.registration.rigid import angle_rad, transform
 from vigg_ros.registration.stages import record_stages
 from vigg_ros.report.bag_messages import preset_for_points
 from vigg_ros.report.gallery import draw_agreement, draw_scan_of
+from vigg_ros.tracking.user_mask import UserMask
 
 SCAN_SUFFIXES = (".bin", ".npy")
 
@@ -67,6 +68,7 @@ def run(arguments: Namespace) -> ExitCode:
     source = read_frame(Path(arguments.source_image), Path(arguments.source_depth), arguments)
     chosen = choose_suited(arguments, lambda: suited_preset(target), "data")
     config = chosen.config
+    target, source = (UserMask(config.input).apply(frame) for frame in (target, source))
     for note in chosen.notes:
         print(f"note: {note}", file=sys.stderr)
     with record_stages() as timings_ms:

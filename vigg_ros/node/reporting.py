@@ -99,6 +99,8 @@ class Reporting:
     def log_result(self, result: FrameResult) -> None:
         """Changes of the state; refused and dropped frames, throttled."""
         leader = self._inputs[0].topic
+        for note in result.notes:
+            self.note(self._inputs[0], note)
         if result.state.was_registered:
             self._log_registered(result)
         elif result.state is State.REFUSED:
@@ -181,7 +183,10 @@ class Reporting:
         if result.state is State.LOST:
             self._warn(f"lost {result.reason}", f"LOST: {result.message} ({result.reason})")
         elif result.state is State.STARTED:
-            log.info(f"session {result.session} started: {result.frame_id} at this frame defines the odometry frame")
+            reason = f"{result.message}; " if result.message else ""
+            log.info(
+                f"session {result.session} started: {reason}{result.frame_id} at this frame defines the odometry frame"
+            )
         elif result.state is State.RELOCALISED or before is State.LOST:
             log.info(f"{result.state.value} again after {self._lost_before} lost frames")
         self._lost_before = self._statistics.frames_lost

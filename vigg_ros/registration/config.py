@@ -29,6 +29,7 @@ from vigg_ros.registration.options import (
     VisualConfig,
     check_option,
     coerced,
+    mask_boxes,
     option,
     unknown_name,
 )
@@ -57,6 +58,7 @@ class Config:
     def __post_init__(self) -> None:
         for name, spec, value in self.options():
             check_option(name, spec, value)
+        mask_boxes(self.input.mask_boxes)
         if self.geometric.min_range_m >= self.geometric.max_range_m:
             raise ConfigError(
                 f"geometric.min_range_m is {self.geometric.min_range_m} and geometric.max_range_m is "

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,8 +96,12 @@ class Frame:
     def with_points(self, points: NDArray[np.float32]) -> Frame:
         """The same frame with its scan replaced by corrected points (N, 3), which have no times any more."""
         assert isinstance(self.geometry, ProjectedScan), "depth images are not corrected"
-        scan = ProjectedScan(self.camera, points, self.geometry.T_camera_points)
+        scan = replace(self.geometry, cloud=points, times_s=None)
         return Frame(self.image, self.camera, scan, self.stamp_ns)
+
+    def masked(self, ignore: NDArray[np.bool_]) -> Frame:
+        """The same frame without what is seen where ``ignore`` (H, W) holds: no points, and keypoints see none."""
+        return replace(self, geometry=self.geometry.masked(ignore))
 
     def points_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
         """Points (K, 3) seen by the pixels (K, 2); NaN where a pixel sees none."""

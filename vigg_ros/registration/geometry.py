@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +66,10 @@ class DepthMap:
         depth_m = self._depth_at(pixels[inside])
         out[inside] = np.where(depth_m > 0, points[inside, 2] - depth_m, np.nan)
         return out
+
+    def masked(self, ignore: NDArray[np.bool_]) -> DepthMap:
+        """Without depth where ``ignore`` (H, W) holds."""
+        return DepthMap(self.camera, np.where(ignore, np.float32(0), self.depth_m))
 
     def _depth_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
         column, row = np.rint(pixels).astype(np.intp).T
@@ -129,6 +133,8 @@ class ProjectedScan:
     """(4, 4): p_camera = T_camera_points @ p_points."""
     times_s: NDArray[np.float64] | None = None
     """(N,) when each point was measured, from the stamp on, if known."""
+    ignore: NDArray[np.bool_] | None = None
+    """(H, W) pixels that see no point, if any."""
 
     def points(self) -> NDArray[np.float32]:
         """All points (N, 3), those outside the image too."""
@@ -140,7 +146,7 @@ class ProjectedScan:
         out = np.full((len(pixels), 3), np.nan)
         if len(rows) and len(pixels):
             distance, nearest = cKDTree(projected).query(pixels, distance_upper_bound=PIXEL_RADIUS)
-            found = np.isfinite(distance)
+            found = np.isfinite(distance) & ~self._ignored(pixels)
             out[found] = self.cloud[rows[nearest[found]]]
         return out
 
@@ -152,6 +158,21 @@ class ProjectedScan:
         pixels, depth_m = pixels[rows], in_camera[rows, 2]
         seen = ~_hidden(pixels, depth_m, self.camera)
         return rows[seen], pixels[seen]
+
+    def masked(self, ignore: NDArray[np.bool_]) -> ProjectedScan:
+        """Without the points that the camera sees where ``ignore`` (H, W) holds; those it does not see remain."""
+        scan = replace(self, ignore=ignore if self.ignore is None else self.ignore | ignore)
+        rows, pixels = self.visible()
+        kept = np.ones(len(self.cloud), bool)
+        kept[rows[scan._ignored(pixels)]] = False
+        return replace(scan, cloud=self.cloud[kept], times_s=None if self.times_s is None else self.times_s[kept])
+
+    def _ignored(self, pixels: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Which pixels (K, 2) inside the image see no point whatever is there."""
+        if self.ignore is None:
+            return np.zeros(len(pixels), bool)
+        column, row = np.rint(pixels).astype(np.intp).T
+        return np.asarray(self.ignore[row, column])
 
     def view(self) -> ScanView:
         """The lines of sight of the scanner, which stands at the origin of the points' frame."""

@@ -35,7 +35,10 @@ def option(
 
 
 def coerced(spec: Field[Any], value: Any) -> Any:
-    """An integer is accepted for a real number; nothing else is converted."""
+    """An integer is accepted for a real number, and the off of YAML, which is its word for false, for a choice of that
+    name; nothing else is converted."""
+    if value is False and "off" in spec.metadata["choices"]:
+        return "off"
     if type(spec.default) is float and type(value) is int and spec.metadata["low"] <= value <= spec.metadata["high"]:
         return float(value)
     return value
@@ -52,6 +55,20 @@ def check_option(name: str, spec: Field[Any], value: Any) -> None:
         return
     if not meta["low"] <= value <= meta["high"]:  # nor does NaN pass
         raise ConfigError(f"{name} is {value}, expected {meta['low']} to {meta['high']} {meta['unit']}".rstrip())
+
+
+def mask_boxes(text: str) -> tuple[tuple[int, int, int, int], ...]:
+    """The boxes of ``input.mask_boxes``: x0, y0, x1, y1 in pixels, ends excluded. Raises ConfigError."""
+    boxes = []
+    for part in filter(str.strip, text.split(";")):
+        numbers = [int(word) if word.isascii() and word.isdigit() else -1 for word in part.split()]
+        if len(numbers) != 4 or min(numbers) < 0 or numbers[0] >= numbers[2] or numbers[1] >= numbers[3]:
+            raise ConfigError(
+                f"input.mask_boxes holds {part.strip()!r}, expected x0 y0 x1 y1 in whole pixels from 0 on, x0 below x1 "
+                "and y0 below y1; boxes are parted by ;"
+            )
+        boxes.append((numbers[0], numbers[1], numbers[2], numbers[3]))
+    return tuple(boxes)
 
 
 def unknown_name(name: str, known: Sequence[str], *, what: str, otherwise: str) -> ConfigError:
@@ -192,6 +209,11 @@ class KeyframeConfig:
     )
     buffer_size: int = option(20, "keyframes remembered for relocalisation; bounds memory", low=1, high=1000)
     retries: int = option(3, "other keyframes tried before a frame counts as lost", low=0, high=100)
+    lost_timeout_s: float = option(
+        3.0, "time without a pose after which the first good frame begins a new session; 0 for never: then only a "
+        "place seen before, or a reset, ends it",
+        unit="s", low=0.0, high=86400.0,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,6 +240,17 @@ class InputConfig:
         "assume_rectified where images are rectified although their topic does not say rect; undistort where they are "
         "raw although it does",
         choices=("auto", "assume_rectified", "undistort"),
+    )
+    own_body: str = option(
+        "auto", "off where nothing of the robot is ever in view; auto masks what stays where it is in depth images "
+        "while the camera moves",
+        choices=("auto", "off"),
+    )
+    mask_image: str = option(
+        "", "an 8-bit image of the camera's size that is not 0 where the robot's own body is; of the rectified image"
+    )
+    mask_boxes: str = option(
+        "", "the same as boxes x0 y0 x1 y1 in pixels, ends excluded, such as 0 400 640 480; 0 0 100 100"
     )
     deskew: bool = option(True, "off where scans with times for each point are corrected for motion already")
     depth_scale_m: float = option(

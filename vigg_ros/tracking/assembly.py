@@ -13,6 +13,7 @@ from vigg_ros.registration.options import PairingConfig
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
 from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.pairing import Pairing, SyncedPair
+from vigg_ros.tracking.user_mask import UserMask
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +67,11 @@ class FrameAssembler:
     does. The latest calibration holds for what follows; frames wait for the first one.
     """
 
-    def __init__(self, config: PairingConfig, extrinsics: Lookup | None = None) -> None:
+    def __init__(
+        self, config: PairingConfig, extrinsics: Lookup | None = None, mask: UserMask | None = None
+    ) -> None:
         self._config = config
+        self._mask = mask
         self._pairing: Pairing[Leader, Follower] = Pairing(config)
         self._waiting: deque[SyncedPair[Leader, Follower]] = deque()
         self._extrinsics = extrinsics
@@ -105,6 +109,7 @@ class FrameAssembler:
         """The frame of two messages, or why there is none. May run in another thread than ``synchronize``."""
         try:
             frame = self._build(messages)
+            frame = frame if self._mask is None else self._mask.apply(frame)
         except DataError as error:
             return Refusal(messages.stamp_ns, error.code, str(error), messages.session)
         return SyncedFrame(frame, messages.leader.frame_id, messages.session)

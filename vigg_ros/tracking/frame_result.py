@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Evidence, Outcome, Registration
+from vigg_ros.sensors.observation import Note
 from vigg_ros.tracking.keyframes import Keyframe
 
 
@@ -20,7 +21,7 @@ class State(str, Enum):
     """What a result is worth, or why a frame was not given to the Registrar."""
 
     STARTED = "STARTED"
-    """The first usable frame: it defines the odometry frame."""
+    """The first usable frame of a session: it defines the odometry frame."""
     TRACKING = "TRACKING"
     RELOCALISED = "RELOCALISED"
     """Found again against a keyframe other than the reference; the pose may step by the drift in between."""
@@ -63,7 +64,7 @@ class FrameResult:
     reason: str = ""
     """Why there is no pose: a Reason of registration or the code of a refused input; empty if there is one."""
     message: str = ""
-    """One sentence: what was found and what was expected."""
+    """One sentence: what was found and what was expected; of a start, why it was necessary."""
     frame_id: str = ""
     """The coordinate frame of the sensor: of the camera with depth images, of the scanner with points."""
     T_odom_frame: NDArray[np.float64] | None = None
@@ -81,6 +82,8 @@ class FrameResult:
     """The registration against that keyframe or the rejection by the reference; None at the start."""
     timings_ms: dict[str, float] = field(default_factory=dict)
     """Milliseconds per stage; online also waiting and building, and ``total`` from arrival to answer."""
+    notes: tuple[Note, ...] = ()
+    """What tracking found odd, or did by itself."""
     compared: Comparison | None = None
     """None where nothing was, and once the result is kept; see ``kept``."""
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -17,13 +18,19 @@ from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.result import Evidence, Outcome, Reason, Registration, Rejection
 from vigg_ros.registration.stages import OutOfTime, record_stages, time_limit
 from vigg_ros.registration.vigg import extract, register
+from vigg_ros.sensors.header import NS_PER_S
+from vigg_ros.sensors.observation import Note
 from vigg_ros.tracking.chain import MAX_INTERVAL_S, UncertainPose
 from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
 from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
+from vigg_ros.tracking.own_body import OwnBody
 
 MAX_SKEW_VOXELS = 0.1
 """Mean skew from which a scan is de-skewed again: well above what the noise of two poses explains."""
+
+UNUSABLE_FRAME = (Reason.NO_TEXTURE, Reason.NO_DEPTH)
+"""Reasons that lie in the frame itself, whatever it is compared with (acceptance.checks.frame_objection)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +47,9 @@ class Registrar:
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        self._session = 0
-        self._keyframe_requested = False
+        self._input_session = 0
+        self.own_sessions = 0
+        """Sessions that began because no pose was found for too long."""
         self.reset(0)
 
     @property
@@ -51,16 +59,27 @@ class Registrar:
 
     @property
     def session(self) -> int:
-        """The session that the results belong to."""
-        return self._session
+        """The session that the results belong to: that of the input, plus those that began by themselves.
+
+        As neither number falls, no two sessions have one number, in whatever order they begin.
+        """
+        return self._input_session + self.own_sessions
 
     def reset(self, session: int | None = None) -> None:
-        """Forget everything: the next usable frame defines a new odometry frame, of this session or the next one."""
-        self._session = self._session + 1 if session is None else session
+        """Forget everything: the next usable frame defines a new odometry frame, of this session of the input or the
+        next one."""
+        self._input_session = self._input_session + 1 if session is None else session
+        self._own_body = OwnBody()
+        self._forget_poses()
+
+    def _forget_poses(self) -> None:
+        self._own_body.forget_views()
         self._keyframes = KeyframeBuffer(self._config.keyframes)
         self._last: TrackedFrame | None = None
         self._velocity: NDArray[np.float64] | None = None
+        self._answered_ns = 0
         self._frames_lost = 0
+        self._searches = 0
         self._keyframe_requested = False
 
     def request_keyframe(self) -> None:
@@ -72,37 +91,52 @@ class Registrar:
         self._config = config
 
     def step(self, frame: Frame, *, session: int | None = None) -> FrameResult:
-        """Register the next frame; a session other than the current one starts again."""
-        if session is not None and session != self._session:
+        """Register the next frame; a session of the input other than the current one starts again."""
+        if session is not None and session != self._input_session:
             self.reset(session)
         with record_stages() as timings_ms, time_limit(self._config.time_budget_s):
             self._velocity = self._velocity if self._is_recent(frame.stamp_ns) else None
             try:
-                seen = self._extract(frame, self._velocity)
+                seen = self._extract(self._without_body(frame), self._velocity)
                 result = self._start(seen) if self.reference is None else self._track(frame, seen)
             except OutOfTime as overrun:
                 result = self._lost(frame, self.reference, Rejection(Reason.TIMEOUT, str(overrun), Evidence()))
         return replace(result, timings_ms=timings_ms)
 
     def _start(self, seen: Comparison) -> FrameResult:
-        """Take the first usable frame as the first keyframe."""
+        """Take the first usable frame as the first keyframe, of a new session if there is one already."""
         features = seen.features
         objection = frame_objection(features, features, self._config)
         if objection:
             return self._lost(seen, None, Rejection(*objection, Evidence(keypoints=len(features.keypoints))))
+        message = ""
+        notes: tuple[Note, ...] = ()
+        if self.reference is not None:
+            lost_s = (seen.frame.stamp_ns - self._answered_ns) / NS_PER_S
+            message, notes = f"lost for {lost_s:.1f} s: a new session starts", (_lost_note(lost_s),)
+            self.own_sessions += 1
+            self._forget_poses()
         pose = UncertainPose.identity()
         keyframe = self._keyframes.add(seen.frame, features, pose)
         self._last = TrackedFrame(seen.frame, features, pose)
-        return self._found(seen, State.STARTED, keyframe, None, pose, new_keyframe=True)
+        self._answered_ns = seen.frame.stamp_ns
+        started = self._found(seen, State.STARTED, keyframe, None, pose, new_keyframe=True)
+        return replace(started, message=message, notes=notes)
 
     def _track(self, frame: Frame, seen: Comparison) -> FrameResult:
-        """The pose by the reference or another keyframe."""
+        """The pose by the reference or another keyframe; a new session after too long without one."""
+        # Within a time budget a last search could leave no time for a start, frame after frame.
+        if self._config.time_budget_s > 0 and self._has_given_up(frame.stamp_ns):
+            return self._start(seen)
         state, keyframe, outcome = self._search(seen.features)
         if isinstance(outcome, Rejection):
-            return self._lost(seen, keyframe, outcome)
+            lost = self._lost(seen, keyframe, outcome)
+            is_usable = outcome.reason not in UNUSABLE_FRAME
+            return self._start(seen) if is_usable and self._has_given_up(frame.stamp_ns) else lost
         with suppress(OutOfTime):  # then the answer before the correction stands
             seen, keyframe, outcome = self._correct(frame, seen, keyframe, outcome)
-        self._frames_lost = 0
+        self._frames_lost = self._searches = 0
+        self._answered_ns = frame.stamp_ns
         pose = _pose(keyframe, outcome)
         self._velocity = self._velocity_to(pose, frame.stamp_ns)
         self._last = TrackedFrame(seen.frame, seen.features, pose)
@@ -110,7 +144,24 @@ class Registrar:
         if new_keyframe:
             self._keyframe_requested = False
             self._keyframes.add(seen.frame, seen.features, pose)
-        return self._found(seen, state, keyframe, outcome, pose, new_keyframe=new_keyframe)
+        found = self._found(seen, state, keyframe, outcome, pose, new_keyframe=new_keyframe)
+        return replace(found, notes=self._watch_body(frame, pose, state))
+
+    def _without_body(self, frame: Frame) -> Frame:
+        """The frame without the robot's own body, as far as it is known and the camera is the same."""
+        mask = self._own_body.mask
+        return frame if mask is None or mask.shape != frame.image.shape[:2] else frame.masked(mask)
+
+    def _watch_body(self, frame: Frame, pose: UncertainPose, state: State) -> tuple[Note, ...]:
+        """Look for the robot's own body in a tracked frame, as it was measured; a note where it is found at first."""
+        if self._config.input.own_body == "off":
+            return ()
+        body, knew_body = self._own_body, self._own_body.mask is not None
+        if state is State.RELOCALISED:  # the pose may have stepped
+            body.forget_views()
+        with suppress(OutOfTime):  # the answer stands
+            body.watch(frame, pose.T_parent_child)
+        return () if knew_body or body.mask is None else (_body_note(body.mask),)
 
     def _extract(self, frame: Frame, velocity_sensor: NDArray[np.float64] | None) -> Comparison:
         """Features of a frame, which is de-skewed where it can be."""
@@ -158,12 +209,19 @@ class Registrar:
                 last = self._keyframes.add(self._last.frame, self._last.features, self._last.pose)
                 return State.TRACKING, last, outcome
         position = np.zeros(3) if self._last is None else self._last.pose.T_parent_child[:3, 3]
-        for keyframe in self._keyframes.others(position, self._config.keyframes.retries, self._frames_lost):
+        for keyframe in self._keyframes.others(position, self._config.keyframes.retries, self._searches):
             outcome = register(keyframe.features, features, self._config)
             if isinstance(outcome, Registration):
                 self._keyframes.make_reference(keyframe)
                 return State.RELOCALISED, keyframe, outcome
         return State.LOST, reference, rejection
+
+    def _has_given_up(self, stamp_ns: int) -> bool:
+        """Whether it is lost for too long, and every keyframe was compared with a usable frame since then."""
+        config = self._config.keyframes
+        is_late = config.lost_timeout_s > 0 and stamp_ns - self._answered_ns >= config.lost_timeout_s * NS_PER_S
+        turns = math.ceil((len(self._keyframes) - 1) / config.retries) if config.retries else 1
+        return is_late and self._searches >= max(turns, 1)
 
     def _is_recent(self, stamp_ns: int) -> bool:
         """Whether the last tracked frame says how the sensor moves now."""
@@ -187,7 +245,7 @@ class Registrar:
     ) -> FrameResult:
         return FrameResult(
             stamp_ns=seen.frame.stamp_ns,
-            session=self._session,
+            session=self.session,
             state=state,
             T_odom_frame=pose.T_parent_child,
             covariance=pose.covariance,
@@ -200,12 +258,14 @@ class Registrar:
 
     def _lost(self, seen: Comparison | Frame, keyframe: Keyframe | None, rejection: Rejection) -> FrameResult:
         """Of a frame that was compared, or whose time was up before there was anything to compare."""
+        frame = seen if isinstance(seen, Frame) else seen.frame
         if self.reference is not None:
             self._frames_lost += 1
-        frame = seen if isinstance(seen, Frame) else seen.frame
+            self._searches += rejection.reason not in UNUSABLE_FRAME
+            self._answered_ns = min(self._answered_ns, frame.stamp_ns)  # a clock that was set back counts from there
         return FrameResult(
             stamp_ns=frame.stamp_ns,
-            session=self._session,
+            session=self.session,
             state=State.LOST,
             reason=rejection.reason.value,
             message=rejection.message,
@@ -214,6 +274,25 @@ class Registrar:
             outcome=rejection,
             compared=None if isinstance(seen, Frame) else replace(seen, keyframe=keyframe),
         )
+
+
+def _lost_note(lost_s: float) -> Note:
+    return Note(
+        "LOST_TIMEOUT", f"no pose for {lost_s:.1f} s", "a new session began, with an odometry frame of its own",
+        "keyframes.lost_timeout_s says after how long; 0 for never",
+    )
+
+
+def _body_note(mask: NDArray[np.bool_]) -> Note:
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return Note(
+        "OWN_BODY",
+        f"a part of the image that moves with the camera (columns {columns[0]} to {columns[-1]}, rows {rows[0]} to "
+        f"{rows[-1]})",
+        "left out from here on as the robot's own body, with what else is found of it",
+        "give it by input.mask_image or input.mask_boxes, which hold from the first frame on, or set input.own_body "
+        "to off if it is none",
+    )
 
 
 def _pose(keyframe: Keyframe, outcome: Registration) -> UncertainPose:
