@@ -98,7 +98,7 @@ def _rows(folder: Path) -> list[tuple[Row, Limits]]:
     """Results of the method, with the limits that they are judged by."""
     found = []
     for path in sorted(folder.glob("*.csv")):
-        if not path.stem.endswith("_by_overlap"):
+        if not path.stem.endswith("_by_overlap") and path.stem != "reliability":
             limits = Limits(**json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))["limits"])
             rows = csv.DictReader(path.read_text(encoding="utf-8").splitlines())
             found += [(row, limits) for row in rows if row["method"] == METHOD]

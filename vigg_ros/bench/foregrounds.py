@@ -10,6 +10,7 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
+from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
 from vigg_ros.bench.view_sampling import COARSE_CAMERA, SampledView
@@ -67,7 +68,8 @@ class Board:
         column, row = (rng.uniform(0.25, 0.75), 1.0) if lower else (rng.choice((0.0, 1.0)), rng.uniform(0.4, 0.8))
         pixel = np.multiply((column, row), (COARSE_CAMERA.width_px, COARSE_CAMERA.height_px)) + rng.uniform(-8, 8, 2)
         T_camera_board = np.diag((1.0, -1.0, -1.0, 1.0))
-        T_camera_board[:3, :3] @= Rotation.from_euler("xyz", rng.uniform((-20, -20, -15), (20, 20, 15)), True).as_matrix()
+        askew_deg = rng.uniform((-20, -20, -15), (20, 20, 15))
+        T_camera_board[:3, :3] @= Rotation.from_euler("xyz", askew_deg, degrees=True).as_matrix()
         T_camera_board[:3, 3] = COARSE_CAMERA.lift(pixel[None], rng.uniform(0.48, 0.62, 1))[0]
         return T_camera_board
 
@@ -106,7 +108,8 @@ class People:
     def _standing(self, scene: Scene, view: SampledView, count: int, rng: Rng) -> list[Pose] | None:
         for _ in range(MAX_PLACINGS):
             T_world_people = [_on_floor(view.T_world_body, rng) for _ in range(count)]
-            if not all(_is_free_floor(scene, T[:2, 3]) for T in T_world_people):
+            apart_m = pdist([T[:2, 3] for T in T_world_people])
+            if min(apart_m) < 0.6 or not all(_is_free_floor(scene, T[:2, 3]) for T in T_world_people):
                 continue
             people = [part for T in T_world_people for part in _person(T, _plain, _plain, _plain)]
             hidden, seen = _coverage(view, people)
@@ -125,7 +128,8 @@ def _on_floor(T_world_camera: Pose, rng: Rng) -> Pose:
 
 def _is_free_floor(scene: Scene, place: np.ndarray) -> bool:
     """Whether nothing but floor and rugs is met from above within 25 cm of a place (2,)."""
-    around = 0.25 * np.array([(0, 0), (1, 0), (0.7, 0.7), (0, 1), (-0.7, 0.7), (-1, 0), (-0.7, -0.7), (0, -1), (0.7, -0.7)])
+    angle = np.arange(8) * np.pi / 4
+    around = 0.25 * np.vstack(((0.0, 0.0), np.column_stack((np.cos(angle), np.sin(angle)))))
     origins = np.column_stack((place + around, np.full(len(around), 2.2)))
     down = np.tile((0.0, 0.0, -1.0), (len(around), 1))
     ranges_m = np.min([surface.ranges(origins, down) for surface in scene.surfaces], axis=0)

@@ -54,6 +54,8 @@ class MethodAnswer:
     reason: str
     timings_ms: Mapping[str, float]
     """By stage, the preparation of both frames included."""
+    covariance: NDArray[np.float64] | None = None
+    """(6, 6) of the motion, as Registration has it; None where the method claims none."""
 
 
 @dataclass(frozen=True, slots=True)

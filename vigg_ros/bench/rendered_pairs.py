@@ -53,7 +53,7 @@ from vigg_ros.registration.rigid import inverse
 OVERLAPS = ((0.2, 0.45), (0.45, 0.65), (0.65, 0.9))
 """Shares of the surface that both frames see: pairs are drawn from these in turn, unless their kind says otherwise."""
 NEARLY_ALL = (0.9, 1.0)
-"""And the share after a motion of centimetres."""
+"""And what is left, which only small motions leave."""
 
 PAIRS_PER_SCENE = 6
 """Each scene, with its own textures, serves so many pairs of its kind."""
@@ -91,7 +91,7 @@ class SceneKind:
 
 _NOISY_DEPTH = KinectNoise(sigma_per_m2=0.0045, dropout=0.02)
 
-_PLACES = {
+PLACES = {
     "room": SceneKind(room, 2, "furnished rooms"),
     "street": SceneKind(street, 2, "streets, camera and 32-beam LiDAR"),
     "repeated structure": SceneKind(
@@ -104,7 +104,7 @@ _PLACES = {
     ),
 }
 
-_DISTURBANCES = {
+DISTURBANCES = {
     "far depth": SceneKind(
         workshop, 1, "a hall of 14 x 9 m seen with stereo depth up to 10 m", StereoNoise(),
         handling=Handling(workshop_viewpoint, partial(walk, shift_m=(1.4, 0.25, 1.2))),
@@ -112,7 +112,7 @@ _DISTURBANCES = {
     "close shelf": SceneKind(
         shelf, 1, "a shelf 40 to 90 cm away, stereo depth, motions of 3 to 20 cm", StereoNoise(),
         handling=Handling(shelf_viewpoint, partial(nudge, turn_deg=(0.0, 15.0), shift_m=(0.03, 0.2)), 0.3),
-        overlaps=(*OVERLAPS[1:], NEARLY_ALL),
+        overlaps=OVERLAPS[1:],
     ),
     "equal doors": SceneKind(
         kitchen_row, 1, "a kitchen counter whose doors and tiles repeat every 0.6 m",
@@ -127,14 +127,16 @@ _DISTURBANCES = {
     "rolling shutter": SceneKind(room, 1, "furnished rooms; rows exposed over 25 ms at 50 to 120 deg/s",
                                  readout_s=0.025),
     "small motion": SceneKind(room, 1, "furnished rooms, motions of 1 to 5 cm and up to 3 deg",
-                              handling=Handling(motion=nudge), overlaps=(NEARLY_ALL,)),
+                              handling=Handling(motion=nudge), overlaps=((0.65, 1.0),)),
 }  # fmt: skip
 
-SCENE_KINDS = {**_PLACES, **_DISTURBANCES}
+"""What a sensor, a place or things in view make harder, one thing at a time."""
+
+SCENE_KINDS = {**PLACES, **DISTURBANCES}
 
 _CYCLES = tuple(
     [name for turn in range(2) for name, kind in family.items() if kind.share > turn]
-    for family in (_PLACES, _DISTURBANCES)
+    for family in (PLACES, DISTURBANCES)
 )
 """Which kinds come in turn, eight of each family."""
 _CYCLE = 8

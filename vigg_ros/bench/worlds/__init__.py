@@ -20,8 +20,8 @@ from vigg_ros.bench.worlds.scene import Light, Scene
 from vigg_ros.bench.worlds.streets import STREET_DRIVE, street
 
 __all__ = [
-    "DOOR_M", "HALL_PERIOD_M", "STREET_DRIVE", "Drive", "HandheldLoop", "ImageNoise", "KinectNoise", "Leg", "LidarModel",
-    "LidarScan", "Light", "RollingShutter", "Scene", "StereoNoise", "bare_room", "blank_plane", "hall_of_columns",
-    "kitchen_row", "render_depth", "render_image", "render_lidar", "render_rgbd", "room", "scan_lidar", "shelf",
-    "single_plane", "stamps_ns", "street", "tiled_room", "workshop",
+    "DOOR_M", "HALL_PERIOD_M", "STREET_DRIVE", "Drive", "HandheldLoop", "ImageNoise", "KinectNoise", "Leg",
+    "LidarModel", "LidarScan", "Light", "RollingShutter", "Scene", "StereoNoise", "bare_room", "blank_plane",
+    "hall_of_columns", "kitchen_row", "render_depth", "render_image", "render_lidar", "render_rgbd", "room",
+    "scan_lidar", "shelf", "single_plane", "stamps_ns", "street", "tiled_room", "workshop",
 ]  # fmt: skip

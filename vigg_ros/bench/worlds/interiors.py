@@ -32,8 +32,9 @@ def workshop(seed: int) -> Scene:
     for x, y in ((-3.6, -1.9), (-1.2, -0.9), (-0.3, 2.8), (1.6, 0.2), (3.7, -2.6), (3.4, 3.0), (5.6, 2.6), (5.5, -3.6)):
         surfaces.extend(_stack(rng, flat((x, y, 0) + np.append(rng.uniform(-0.3, 0.3, 2), 0), rng.uniform(0, 90))))
     for x, y, facing_deg, across in (
-        (6.95, 3.0, 180, 1.6), (6.95, -0.9, 180, 1.2), (0.9, 4.45, 270, 1.8), (5.2, 4.45, 270, 1.4), (-4.6, 4.45, 270, 1.5),
-        (-1.0, -4.45, 90, 1.8), (4.2, -4.45, 90, 1.6), (-5.2, -4.45, 90, 1.4), (-6.95, 0.0, 0, 2.0),
+        (6.95, 3.0, 180, 1.6), (6.95, -0.9, 180, 1.2), (0.9, 4.45, 270, 1.8), (5.2, 4.45, 270, 1.4),
+        (-4.6, 4.45, 270, 1.5), (-1.0, -4.45, 90, 1.8), (4.2, -4.45, 90, 1.6),
+        (-5.2, -4.45, 90, 1.4), (-6.95, 0.0, 0, 2.0),
     ):  # fmt: skip
         size_m = (across, 0.7 * across)
         on_wall = upright((x, y, rng.uniform(1.6, 2.2)), facing_deg)
@@ -57,7 +58,7 @@ def shelf(seed: int) -> Scene:
 
 
 def kitchen_row(seed: int) -> Scene:
-    """Ten equal doors of 0.6 m below and above a worktop along y, the lower ones at x = 0; what stands on it differs."""
+    """Ten equal doors of 0.6 m below and above a worktop along y, the lower at x = 0; what stands on it differs."""
     rng = np.random.default_rng(seed)
     door_seed, width_m = int(rng.integers(2**31)), 10 * DOOR_M
     paint = partial(mottled, rng, colour=(150, 165, 172), contrast=4, coarsest_m=0.3)

@@ -110,7 +110,7 @@ class _View:
     def window(self, surface: TexturedSurface) -> Window | None:
         """The pixels that a surface may cover, or None when it is out of sight.
 
-        While rows are exposed things move by some pixels, nearly evenly: they stay between first and last, and a margin.
+        While rows are exposed things move by some pixels, nearly evenly: between the first pose and the last.
         """
         ends = self.T_world_rows[:: max(1, len(self.T_world_rows) - 1)]
         world = surface.corners()
