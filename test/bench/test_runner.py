@@ -80,6 +80,13 @@ def test_a_frame_that_cannot_be_read_costs_its_pair():
     assert (found.reason, found.rotation_error_deg, found.total_ms) == ("UNREADABLE", math.inf, 0)
 
 
+def test_the_error_is_compared_with_the_covariance_of_those_that_claim_one():
+    claimed, silent = run_pair(room_pair(), ["default", "icp-plane"], PLAN, FrameCache())
+    assert 0 < claimed.nees < 100
+    assert silent.is_answered
+    assert math.isnan(silent.nees)
+
+
 def test_features_are_made_once_for_all_methods_and_charged_to_each():
     first, second = run_pair(room_pair(), ["whole", "whole:no-gvca"], PLAN, FrameCache())
     assert first.timings_ms["extraction"] == second.timings_ms["extraction"] > 0

@@ -115,7 +115,7 @@ DISTURBANCES = {
         overlaps=OVERLAPS[1:],
     ),
     "equal doors": SceneKind(
-        kitchen_row, 1, "a kitchen counter whose doors and tiles repeat every 0.6 m",
+        kitchen_row, 1, "a kitchen counter whose doors repeat every 0.6 m",
         handling=Handling(counter_viewpoint, partial(walk, turn_deg=(8, 25, 6), shift_m=(1.2, 0.1, 0.3))),
     ),
     "own body": SceneKind(room, 1, "furnished rooms, a board fixed to the camera over 30 % of the view",

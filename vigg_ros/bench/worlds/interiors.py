@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from vigg_ros.bench.worlds.canvas import Rng, Size
-from vigg_ros.bench.worlds.patterns import carton, label, mottled, planks, poster, tiles
+from vigg_ros.bench.worlds.patterns import carton, label, mottled, planks, poster
 from vigg_ros.bench.worlds.poses import Pose, flat, upright, upside_down
 from vigg_ros.bench.worlds.rooms import ball, bookcase, pile, table, tin
 from vigg_ros.bench.worlds.scene import Light, Scene
@@ -58,7 +58,10 @@ def shelf(seed: int) -> Scene:
 
 
 def kitchen_row(seed: int) -> Scene:
-    """Ten equal doors of 0.6 m below and above a worktop along y, the lower at x = 0; what stands on it differs."""
+    """Ten equal doors of 0.6 m below and above a worktop along y, the lower at x = 0.
+
+    The shapes repeat, and so do the doors' patterns; floor, wall, stone, and what stands on it, do not.
+    """
     rng = np.random.default_rng(seed)
     door_seed, width_m = int(rng.integers(2**31)), 10 * DOOR_M
     paint = partial(mottled, rng, colour=(150, 165, 172), contrast=4, coarsest_m=0.3)
@@ -68,9 +71,9 @@ def kitchen_row(seed: int) -> Scene:
         """The same on every door: veneer with a grain."""
         return planks(np.random.default_rng(door_seed), size_m, plank_m=0.2, texel_m=0.003)
 
-    floor = tiles(rng, (7.0, 8.0), tile_m=DOOR_M / 2)
+    floor = planks(rng, (7.0, 8.0), texel_m=0.006)
     surfaces: list[TexturedSurface] = [*_walls(rng, (7.0, 8.0, 2.6), floor, middle=(-2.9, 0.0))]
-    splash = tiles(rng, (width_m, 0.55), tile_m=DOOR_M / 4)
+    splash = mottled(rng, (width_m, 0.55), colour=(190, 200, 200), contrast=5)
     surfaces.append(Rectangle(upright((0.595, 0, 1.175), 180), (width_m, 0.55), splash))
     stone = partial(mottled, rng, colour=(95, 100, 105), contrast=12, coarsest_m=0.1)
     surfaces.extend(box(flat((0.3, 0, 0.1)), (0.58, width_m, 0.76), paint))
