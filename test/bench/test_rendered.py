@@ -95,8 +95,9 @@ def test_under_the_truth_as_much_coincides_as_is_said(pairs, number):
     reach_m = {"street": 0.6, "far depth": 0.2}.get(pair.group, 0.08)
     distance, _ = cKDTree(target).query(moved, distance_upper_bound=reach_m)
     share = np.mean(np.isfinite(distance))
-    # The share is a mean of both directions, one of which may differ from it, and of the scene without what hides it.
-    assert share > 0.4 * pair.overlap
+    # The share is a mean of both directions, one of which may differ from it, and of the scene without what hides up
+    # to 40 % of it in each frame.
+    assert share > (0.2 if SCENE_KINDS[pair.group].foreground else 0.4) * pair.overlap
     turned = pair.T_target_source.copy()
     turned[:3, 3] += (0.0, 0.0, 5.0)
     wrong, _ = cKDTree(target).query(transform(turned, source[::7]), distance_upper_bound=reach_m)

@@ -114,8 +114,8 @@ def test_rendered_pairs_are_reported_by_kind_and_by_overlap(tmp_path: Path, caps
     rows = rows_of(tmp_path / "out", "reliability")
     assert [(row["group"], row["pairs"]) for row in rows] == [("room", "1"), ("street", "1"), ("all", "2")]
     content = json.loads((tmp_path / "out" / "reliability.json").read_text())
-    # None of two is wrong: at most 84 % are, (1 - p)^2 = 2.5 %.
-    assert content["reliability"][2]["wrong_per_1000_high"] == pytest.approx(841.9, abs=0.1)
+    # The only answer in the room is right: at most 97.5 % are wrong, 1 - p = 2.5 %.
+    assert content["reliability"][0]["wrong_per_1000_high"] == pytest.approx(975)
     assert content["reliability"][0]["nees"] == pytest.approx(float(room["nees"]), rel=1e-5)
 
 

@@ -199,10 +199,15 @@ def swung(T_world_camera: Pose, readout_s: float, rng: Rng) -> RollingShutter:
     return RollingShutter(T_world_camera, rng.uniform(-0.35, 0.35, 3), rate_radps, readout_s)
 
 
-@lru_cache(maxsize=8)
 def scene_of(kind: str, seed: int) -> Scene:
-    """The scene; one of each kind is kept, as building it takes seconds."""
-    return SCENE_KINDS[kind].scene(seed)
+    """The scene; kinds with the same places share it."""
+    return _built(SCENE_KINDS[kind].scene, seed)
+
+
+@lru_cache(maxsize=12)
+def _built(scene: Callable[[int], Scene], seed: int) -> Scene:
+    """A scene of each kind is kept, as building it takes up to seconds."""
+    return scene(seed)
 
 
 def rendered_pair(number: int, seed: int) -> FramePair:

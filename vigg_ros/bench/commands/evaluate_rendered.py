@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from itertools import islice
 
 from vigg_ros.bench.commands.comparison import MethodComparison, add_comparison_arguments, method_names, run_comparisons
+from vigg_ros.bench.methods import code_digest
 from vigg_ros.bench.pair_results import INDOOR_LIMITS, OUTDOOR_LIMITS
 from vigg_ros.bench.pairs import FramePair
 from vigg_ros.bench.rendered_pairs import NEARLY_ALL, OVERLAPS, SCENE_KINDS, STREET, pair_numbers, rendered_pair
@@ -18,6 +19,12 @@ from vigg_ros.cli.console import ExitCode, Progress, add_examples, positive_int
 
 SCENE_GROUPS = {"rooms": ("rgbd", INDOOR_LIMITS), "streets": ("lidar", OUTDOOR_LIMITS)}
 """What is seen with a depth camera and what with a LiDAR: preset and limits."""
+
+SOURCES = (
+    "vigg_ros.bench.worlds", "vigg_ros.bench.foregrounds", "vigg_ros.bench.rendered_pairs",
+    "vigg_ros.bench.view_sampling",
+)  # fmt: skip
+"""What the pictures depend on: results with others are left alone."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -46,7 +53,7 @@ def run(arguments: Namespace) -> ExitCode:
     methods = {name: method_names(arguments, outdoor=name == "streets") for name in SCENE_GROUPS}
     kinds = [name.strip() for name in arguments.kinds.split(",") if name.strip()]
     pairs = draw(arguments.pairs, arguments.seed, kinds)
-    subject = f"rendered {arguments.seed}"
+    subject = f"rendered {arguments.seed} {code_digest(SOURCES)}"
     overlaps = (*OVERLAPS, NEARLY_ALL)
     comparisons = [
         MethodComparison(name, EvaluationPlan(subject, pairs[name], methods[name], config), limits, overlaps)
