@@ -82,16 +82,16 @@ class StereoNoise:
     Depth is z = f b / d of a disparity d in pixels of its own imagers, whose error does not depend on the distance:
     sigma_z = z^2 sigma_d / (f b), 8 cm (2 %) at 4 m, whatever the resolution of the image that the depth is laid on
     (Grunnet-Jepsen, Sweetser and Woodfill, "Tuning depth cameras for best performance", Intel). Lengths in pixels
-    are those of the imagers.
+    are those of the imagers. Where no source is named the number is an assumption, made to look like such a camera.
     """
 
     focal_px: float = 383.0
-    """Of the imagers, as cameras of this kind report it at 640x480."""
+    """Of the imagers, about what cameras of this kind report in camera_info at 640x480."""
     baseline_m: float = 0.05
     """D435: 50 mm (data sheet of the D400 series)."""
     sigma_px: float = 0.1
-    """Standard deviation of a disparity, on objects in a room; a textured wall squarely before the camera reaches 0.05
-    to 0.08 (the same paper)."""
+    """Standard deviation of a disparity, on objects in a room; a well textured wall squarely before the camera has
+    less."""
     step_px: float = 1 / 32
     """Disparities come in steps (Grunnet-Jepsen et al., "Subpixel linearity improvement for Intel RealSense depth
     cameras"); 0 measures continuously."""
@@ -100,12 +100,12 @@ class StereoNoise:
     least_texture: float = 1.5
     """Standard deviation of the grey levels of a window below which it is not matched: about what grain hides."""
     projector_m: float = 3.0
-    """Up to here the camera's own dots are texture enough, wherever they fall (Intel, "Projectors for D400 series
-    depth cameras": a few metres indoors)."""
+    """Up to here the camera's own dots are texture enough on any surface (what they are for: Grunnet-Jepsen et al.,
+    "Projectors for D400 series depth cameras"; the distance is an assumption)."""
     range_min_m: float = 0.28
-    """The data sheet's MinZ at 848x480 is 0.28 m for the D435's depth in full, at 640x480 somewhat less."""
+    """Disparities end somewhere: 68 px here."""
     range_max_m: float = 10.0
-    """The data sheet's range."""
+    """The range that the maker states."""
 
     def __post_init__(self) -> None:
         amounts = (self.sigma_px, self.step_px, self.correlation_px, self.least_texture, self.projector_m)
