@@ -58,6 +58,20 @@ def test_a_table_has_a_column_for_each_group_and_sums_the_rest(tmp_path: Path) -
     ]
 
 
+def test_a_run_shows_its_reliability(tmp_path: Path) -> None:
+    row = {
+        "method": "default", "group": "all", "pairs": 20, "answered": 16, "wrong": 0, "wrong_per_1000": 0.0,
+        "wrong_per_1000_low": 0.0, "wrong_per_1000_high": 205.9, "nees": 7.25, "nees_low": 4.42, "nees_high": 7.82,
+        "nees_inside": None,
+    }  # fmt: skip
+    (tmp_path / "reliability.json").write_text(json.dumps({"reliability": [row]}))
+    assert results_page.block("vigg evaluate x", tmp_path).splitlines()[-1] == (
+        "| `default` | all | 16 of 20 | 0 | 0.00 (0.00 to 206) | 7.25 (4.42 to 7.82) | - % |"
+    )
+    (tmp_path / "reliability.csv").write_text("method,group\ndefault,all\n")
+    assert failures.listing(tmp_path) == "No answer is wrong."
+
+
 def test_the_curves_of_a_run_get_to_the_page(tmp_path: Path) -> None:
     run, images = tmp_path / "kitchen", tmp_path / "images"
     for folder in (run, images):

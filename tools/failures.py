@@ -18,7 +18,7 @@ from vigg_ros.acceptance.agreement import Pair, assess
 from vigg_ros.bench.datasets.convert import open_dataset
 from vigg_ros.bench.pair_results import Limits
 from vigg_ros.bench.pairs import FramePair, pairs_at, pairs_listed, posed_frames
-from vigg_ros.bench.rendered_pairs import STREET, rendered_pair
+from vigg_ros.bench.rendered_pairs import STREET, number_of, rendered_pair
 from vigg_ros.pictures import BODY_AXES, OPTICAL_AXES, Picture, beside, draw_aligned, draw_matches, write
 from vigg_ros.registration import Config, Features, Frame, Registration, extract, register
 from vigg_ros.registration.geometry import DepthMap
@@ -98,7 +98,7 @@ def _rows(folder: Path) -> list[tuple[Row, Limits]]:
     """Results of the method, with the limits that they are judged by."""
     found = []
     for path in sorted(folder.glob("*.csv")):
-        if not path.stem.endswith("_by_overlap"):
+        if not path.stem.endswith("_by_overlap") and path.stem != "reliability":
             limits = Limits(**json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))["limits"])
             rows = csv.DictReader(path.read_text(encoding="utf-8").splitlines())
             found += [(row, limits) for row in rows if row["method"] == METHOD]
@@ -109,8 +109,7 @@ def find_pair(arguments: Sequence[str], data: Path, row: Row) -> FramePair:
     """The pair of a row of the table."""
     if arguments[0] == "rendered":
         seed = int(arguments[arguments.index("--seed") + 1])
-        noise_seeds = sorted(int(row[name].rpartition(".")[2]) for name in ("target", "source"))
-        return rendered_pair(noise_seeds[0] // 2 - 100000 * seed, seed)
+        return rendered_pair(number_of(row["target"], seed), seed)
     layout, name = arguments[1:3]
     frames = posed_frames(open_dataset(layout, data / name))
     gap = int(row["group"])

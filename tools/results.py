@@ -10,6 +10,7 @@ usage: python tools/results.py [--data FOLDER] [--jobs N] [--only NAME ...] [--e
 from __future__ import annotations
 
 import argparse
+import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from pathlib import Path
 import docs_tables
 import failures
 import results_page
+
+from vigg_ros.bench.rendered_pairs import DISTURBANCES, PLACES
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results.md"
@@ -44,7 +47,7 @@ class Run:
     @property
     def command(self) -> str:
         """As a reader would type it."""
-        return " ".join(("vigg", "evaluate", *self.arguments))
+        return shlex.join(("vigg", "evaluate", *self.arguments))
 
 
 RUNS = (
@@ -63,10 +66,11 @@ RUNS = (
     Run("kitti paper", (*KITTI, "--methods", "paper-ablations"), "kitti_04"),
     Run("kitti ablations", (*KITTI, "--methods", "ablations"), "kitti_04"),
     Run(
-        "rendered", ("rendered", "--pairs", "200", "--seed", "0", "--methods", "default", "whole", "paper", "floor",
-                     "fpfh-ransac", "kiss-matcher"),
+        "rendered", ("rendered", "--pairs", "200", "--seed", "0", "--kinds", ",".join(PLACES), "--methods", "default",
+                     "whole", "paper", "floor", "fpfh-ransac", "kiss-matcher"),
         pictures=4,
     ),
+    Run("rendered disturbances", ("rendered", "--pairs", "160", "--seed", "0", "--kinds", ",".join(DISTURBANCES))),
 )  # fmt: skip
 
 

@@ -34,7 +34,11 @@ def block(command: str, folder: Path) -> str:
     """The command and a table for each subject of a run."""
     parts = [f"`{command}`"]
     for path in sorted(folder.glob("*.json")):
-        parts.append(table(json.loads(path.read_text(encoding="utf-8"))["summaries"], title_of(path.stem)))
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if "reliability" in content:
+            parts.append(reliability_table(content["reliability"]))
+        else:
+            parts.append(table(content["summaries"], title_of(path.stem)))
     return "\n\n".join(parts)
 
 
@@ -66,6 +70,20 @@ def table(summaries: Sequence[Mapping[str, Any]], title: str) -> str:
         rows = [found[method, group] for group in groups]
         totals = answered(rows), sum(row["wrong"] for row in rows), ms(rows)
         lines.append(_row([f"`{method}`", *map(cell, rows), *totals]))
+    return "\n".join(lines)
+
+
+def reliability_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """A row for each method and group: how many answers are wrong, and whether errors are as their covariance says."""
+    heading = ("method", "reliability", "answered", "wrong", "wrong/1000 (95 %)", "NEES (95 % of runs)", "inside 95 %")
+    lines = [_row(heading), "|---" * len(heading) + "|"]
+    for one in rows:
+        wrong = [number(one[f"wrong_per_1000{suffix}"]) for suffix in ("", "_low", "_high")]
+        squared = [number(one[f"nees{suffix}"]) for suffix in ("", "_low", "_high")]
+        spans = (f"{value} ({low} to {high})" for value, low, high in (wrong, squared))
+        answered_of = f"{one['answered']} of {one['pairs']}"
+        inside = f"{number(one['nees_inside'])} %"
+        lines.append(_row([f"`{one['method']}`", one["group"], answered_of, one["wrong"], *spans, inside]))
     return "\n".join(lines)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vigg_ros.bench.worlds import HandheldLoop, render_depth, render_image, render_rgbd, room
+from vigg_ros.bench.worlds import HandheldLoop, RollingShutter, render_depth, render_image, render_rgbd, room
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at, upright
 from vigg_ros.bench.worlds.surfaces import Cylinder, Rectangle, Sphere, box
 from vigg_ros.bench.worlds.texture import Texture
@@ -158,3 +158,28 @@ def test_room_views_have_features_everywhere() -> None:
         counts = np.histogram2d(corners[:, 0], corners[:, 1], bins=4, range=((0, 320), (0, 240)))[0]
         assert len(corners) >= 300
         assert np.count_nonzero(counts >= 3) >= 12, f"of 16 parts of the image, keypoints lie as {counts}"
+
+
+T_ROOM_CAMERA = look_at((-1.2, 0.3, 1.4), (1.5, 0.0, 0.8), 5)
+
+
+def test_a_rolling_shutter_at_rest_sees_what_a_global_one_sees() -> None:
+    at_rest = RollingShutter(T_ROOM_CAMERA, np.zeros(3), np.zeros(3), 0.03)
+    views = [render_rgbd(FURNISHED_ROOM, CAMERA, eye) for eye in (at_rest, T_ROOM_CAMERA)]
+    for first, second in zip(*views, strict=True):
+        np.testing.assert_allclose(first, second, atol=1e-6)
+
+
+def test_each_row_is_seen_from_where_it_was_exposed() -> None:
+    shutter = RollingShutter(T_ROOM_CAMERA, np.array((0.5, -0.2, 0.3)), np.radians((20.0, 110.0, -30.0)), 0.03)
+    depth_m = render_depth(FURNISHED_ROOM, CAMERA, shutter)
+    image = render_image(FURNISHED_ROOM, CAMERA, shutter, supersampling=1)
+    poses = shutter.T_world_rows(120)
+    for row in (0, 40, 85, 119):
+        seen_image, seen_m = render_rgbd(FURNISHED_ROOM, CAMERA, poses[row], supersampling=1)
+        np.testing.assert_allclose(depth_m[row], seen_m[row], atol=1e-5)
+        np.testing.assert_allclose(image[row].astype(int), seen_image[row], atol=1)
+    # The middle lies between the two rows in the middle; 0.03 s at 0.5 m/s are 15 mm from the first row to the last.
+    np.testing.assert_allclose((poses[59] + poses[60]) / 2, T_ROOM_CAMERA, atol=1e-5)
+    shift_m = (inverse(poses[0]) @ poses[119])[:3, 3]
+    np.testing.assert_allclose(shift_m, 119 / 120 * 0.03 * np.array((0.5, -0.2, 0.3)), atol=1e-3)

@@ -26,8 +26,8 @@ def run(plan, path, jobs=1):
 
 
 def figures(results):
-    """All but the times."""
-    return [dataclasses.replace(result, timings_ms={}) for result in results]
+    """All but the times, as text: a method without a covariance has NaN, which equals nothing."""
+    return [repr(dataclasses.replace(result, timings_ms={})) for result in results]
 
 
 def test_runs_repeat_themselves_and_are_taken_up_where_they_were_stopped(tmp_path):
@@ -78,6 +78,13 @@ def test_a_frame_that_cannot_be_read_costs_its_pair():
     broken = FramePair("g", room_pair().target, UnreadableFrame("broken"), pose())
     (found,) = run_pair(broken, ["default"], PLAN, FrameCache())
     assert (found.reason, found.rotation_error_deg, found.total_ms) == ("UNREADABLE", math.inf, 0)
+
+
+def test_the_error_is_compared_with_the_covariance_of_those_that_claim_one():
+    claimed, silent = run_pair(room_pair(), ["default", "icp-plane"], PLAN, FrameCache())
+    assert 0 < claimed.nees < 100
+    assert silent.is_answered
+    assert math.isnan(silent.nees)
 
 
 def test_features_are_made_once_for_all_methods_and_charged_to_each():

@@ -10,7 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vigg_ros.bench.worlds import ImageNoise, KinectNoise, LidarModel, Scene, render_depth, render_lidar, scan_lidar
+from vigg_ros.bench.worlds import (
+    ImageNoise,
+    KinectNoise,
+    LidarModel,
+    Scene,
+    StereoNoise,
+    render_depth,
+    render_lidar,
+    scan_lidar,
+)
 from vigg_ros.bench.worlds.poses import Pose, flat, look_at, upright
 from vigg_ros.bench.worlds.surfaces import Rectangle
 from vigg_ros.registration import ConfigError
@@ -156,8 +165,61 @@ def test_image_noise_has_the_stated_gain_and_spread() -> None:
     assert (bright == 255).all(), "it saturates and does not wrap"
 
 
+def measured_by_stereo(depth_m: NDArray[np.float32], image: NDArray[np.uint8] | None = None, **changes: float):
+    """By a stereo camera that measures continuously and errs at each pixel for itself, unless changes say otherwise."""
+    noise = replace(StereoNoise(step_px=0, correlation_px=0), **changes)
+    return noise.apply(depth_m, CAMERA, np.random.default_rng(11), image=image)
+
+
+@pytest.mark.parametrize(("depth_m", "sigma_m"), [(1.0, 0.0052), (2.0, 0.0209), (4.0, 0.0836)])
+def test_stereo_errs_evenly_in_disparity_two_percent_at_4_m(depth_m: float, sigma_m: float) -> None:
+    measured_m = measured_by_stereo(depth_m * EVEN)
+    errors_m = measured_m[measured_m > 0] - depth_m
+    # 18,000 samples: 0.5 %, four of those, and at 4 m another 0.2 % as depth is no line in disparity.
+    assert errors_m.std() == pytest.approx(sigma_m, rel=0.025)
+    assert StereoNoise().sigma_m(np.array(depth_m)) == pytest.approx(sigma_m, rel=0.01)
+
+
+def test_stereo_disparities_come_in_32nds_of_a_native_pixel_and_neighbours_err_together() -> None:
+    measured_m = StereoNoise().apply(4.0 * EVEN, CAMERA, np.random.default_rng(1))
+    seen = measured_m[:, 5:]
+    steps = 383.0 * 0.05 / seen * 32
+    np.testing.assert_allclose(steps, np.rint(steps), atol=1e-3)
+    assert 8 < len(np.unique(np.rint(steps))) < 40
+    # A blur of 2 native px is 0.72 px here: neighbours are correlated by exp(-1 / (4 0.72^2)) = 0.62.
+    assert np.corrcoef(seen[:, :-1].ravel(), seen[:, 1:].ravel())[0, 1] == pytest.approx(0.62, abs=0.05)
+
+
+def test_stereo_sees_nothing_where_the_right_imager_does_not() -> None:
+    depth_m = 4.0 * EVEN
+    depth_m[:, 80:120] = 1.0
+    lost = np.flatnonzero((measured_by_stereo(depth_m) == 0).all(axis=0))
+    # f b is 138.5 px * 50 mm: disparities are 1.73 px at 4 m, which the left band is wide, and 6.93 at 1 m: 5.19 px
+    # beside the near thing are hidden. Windows of three pixels reach over its edges.
+    np.testing.assert_array_equal(lost, [0, 1, 75, 76, 77, 78, 79, 80, 119, 120])
+
+
+def test_stereo_needs_texture_where_its_projector_does_not_reach() -> None:
+    depth_m = 4.0 * EVEN
+    depth_m[:60] = 2.0
+    image = np.full((*EVEN.shape, 3), 120, np.uint8)
+    image[:, 80:] += np.random.default_rng(2).integers(0, 20, (120, 80, 1)).astype(np.uint8)
+    seen = measured_by_stereo(depth_m, image) > 0
+    assert seen[5:55, 5:].all()
+    assert not seen[65:, :75].any()
+    # Nine pixels of this pattern are now and then alike.
+    assert seen[65:, 85:].mean() > 0.99
+
+
+def test_stereo_has_a_range() -> None:
+    for depth_m in (0.2, 11.0, 0.0):
+        assert not measured_by_stereo(depth_m * EVEN, sigma_px=0.0).any()
+
+
 def test_impossible_models_are_refused() -> None:
     with pytest.raises(ConfigError, match="numbers from 0 up"):
         KinectNoise(sigma_per_m2=-1.0)
+    with pytest.raises(ConfigError, match="focal length and baseline above"):
+        StereoNoise(baseline_m=0.0)
     with pytest.raises(ConfigError, match="expected beams"):
         LidarModel(beams=0)

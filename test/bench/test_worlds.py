@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from vigg_ros.bench.worlds import (
+    DOOR_M,
     HALL_PERIOD_M,
     STREET_DRIVE,
     Drive,
@@ -21,14 +22,17 @@ from vigg_ros.bench.worlds import (
     bare_room,
     blank_plane,
     hall_of_columns,
+    kitchen_row,
     render_depth,
     render_image,
     render_lidar,
     render_rgbd,
+    shelf,
     single_plane,
     stamps_ns,
     street,
     tiled_room,
+    workshop,
 )  # fmt: skip
 from vigg_ros.bench.worlds.poses import T_BODY_OPTICAL, Pose, flat, look_at, upright, upside_down
 from vigg_ros.registration import Camera, ConfigError
@@ -153,3 +157,30 @@ def test_the_tiled_room_shows_one_tile_everywhere_and_shapes_that_differ() -> No
     here, there = (render_depth(scene, camera, look_at((x, 0.2, 1.4), (x + 3, 0, 1.2))) for x in (-1.0, -0.5))
     # Four tiles further on: boxes and walls are elsewhere.
     assert np.mean(np.abs(here - there) > 0.1) > 0.3
+
+
+def test_the_doors_of_the_kitchen_repeat_and_what_stands_on_it_does_not() -> None:
+    scene = kitchen_row(seed=2)
+
+    def seen(y: float, height_m: float) -> tuple[np.ndarray, np.ndarray]:
+        return render_rgbd(scene, CAMERA, look_at((-0.9, y, height_m), (0.0, y, height_m)))
+
+    # Shapes are the same. Painted otherwise are handles, the carcass in gaps of 12 mm, and the worktop's edge.
+    here, door_on, half_on = (seen(y, 0.5) for y in (0.1, 0.1 + DOOR_M, 0.1 + DOOR_M / 2))
+    np.testing.assert_allclose(here[1], door_on[1], atol=1e-4)
+    alike = [np.mean(cv2.absdiff(here[0], other[0]).max(axis=2) <= 2) for other in (door_on, half_on)]
+    assert alike[0] > 0.9
+    assert alike[1] < 0.3
+    above = [seen(y, 1.1) for y in (0.1, 0.1 + DOOR_M)]
+    assert np.mean(np.abs(above[0][1] - above[1][1]) > 0.02) > 0.03
+
+
+def test_the_workshop_is_wide_and_the_shelf_is_close() -> None:
+    wide_m = render_depth(workshop(seed=2), CAMERA, look_at((-5.0, 0.5, 1.5), (2.0, 0.0, 1.0)))
+    assert wide_m.min() > 0.3
+    assert np.quantile(wide_m, 0.02) < 3
+    assert np.quantile(wide_m, 0.8) > 8
+    close_m = render_depth(shelf(seed=2), CAMERA, look_at((-0.5, 0.2, 1.0), (0.1, 0.25, 0.95)))
+    assert 0.35 < close_m.min() < np.quantile(close_m, 0.98) < 1.0
+    # Things stand before the back wall, which is 0.85 m away.
+    assert np.mean(close_m < 0.75) > 0.3

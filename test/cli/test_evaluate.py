@@ -108,7 +108,23 @@ def test_rendered_pairs_are_reported_by_kind_and_by_overlap(tmp_path: Path, caps
     (room,), (street,) = rows_of(tmp_path / "out", "rooms"), rows_of(tmp_path / "out", "streets")
     assert (room["group"], street["group"]) == ("room", "street")
     assert rows_of(tmp_path / "out", "rooms_by_overlap")[0]["group"] == "20% to 45%"
-    assert "recall at 5 deg and 60 cm" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "recall at 5 deg and 60 cm" in printed
+    assert "wrong/1000: wrong answers per 1,000 answers" in printed
+    rows = rows_of(tmp_path / "out", "reliability")
+    assert [(row["group"], row["pairs"]) for row in rows] == [("room", "1"), ("street", "1"), ("all", "2")]
+    content = json.loads((tmp_path / "out" / "reliability.json").read_text())
+    # The only answer in the room is right: at most 97.5 % are wrong, 1 - p = 2.5 %.
+    assert content["reliability"][0]["wrong_per_1000_high"] == pytest.approx(975)
+    assert content["reliability"][0]["nees"] == pytest.approx(float(room["nees"]), rel=1e-5)
+
+
+def test_rendered_kinds_are_chosen_by_name(tmp_path: Path, capsys) -> None:
+    command = ["evaluate", "rendered", "--pairs", "1", "--kinds", "small motion", "--output", str(tmp_path)]
+    assert main(command) == ExitCode.OK
+    assert [row["group"] for row in rows_of(tmp_path, "rooms")] == ["small motion"]
+    assert main(["evaluate", "rendered", "--kinds", "room,garden"]) == ExitCode.USAGE
+    assert "found kinds garden; expected some of: room, street" in capsys.readouterr().err
 
 
 def test_all_methods_are_listed(capsys) -> None:

@@ -63,7 +63,7 @@ def result(rotation_deg=math.inf, translation_m=math.inf, *, method="m", group="
     """A result; without errors there is no answer."""
     if reason is None:
         reason = "" if math.isfinite(rotation_deg) else "LOST"
-    values = {"target": "1", "source": "0", "overlap": 0.5, "timings_ms": {"all": 10.0}, **more}
+    values = {"target": "1", "source": "0", "overlap": 0.5, "nees": 6.0, "timings_ms": {"all": 10.0}, **more}
     errors = {"rotation_error_deg": rotation_deg, "translation_error_m": translation_m}
     return PairResult(method=method, group=group, reason=reason, **errors, **values)
 

@@ -121,7 +121,7 @@ class _VariedMethod:
         outcome, timings_ms = timed_stages(work)
         timings = {"extraction": features_ms, **timings_ms}
         if isinstance(outcome, Registration):
-            return MethodAnswer(outcome.T_target_source, "", timings)
+            return MethodAnswer(outcome.T_target_source, "", timings, outcome.covariance)
         return MethodAnswer(None, outcome.reason.value, timings)
 
 

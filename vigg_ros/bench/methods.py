@@ -54,6 +54,8 @@ class MethodAnswer:
     reason: str
     timings_ms: Mapping[str, float]
     """By stage, the preparation of both frames included."""
+    covariance: NDArray[np.float64] | None = None
+    """(6, 6) of the motion, as Registration has it; None where the method claims none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +73,7 @@ class Method:
 
     def fingerprint(self, config: Config) -> str:
         """Changes when the answers may: with the code, the configuration, or the library's version."""
-        text = f"{self.name} {config.to_yaml()} {_code(self.sources)} {_version(self.library)}"
+        text = f"{self.name} {config.to_yaml()} {code_digest(self.sources)} {_version(self.library)}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -100,7 +102,7 @@ def _version(library: str) -> str:
 
 
 @cache
-def _code(sources: tuple[str, ...]) -> str:
+def code_digest(sources: tuple[str, ...]) -> str:
     """A digest of the files of these modules, and of all in the packages among them."""
     digest = hashlib.sha256()
     for source in sources:

@@ -17,6 +17,9 @@ from vigg_ros.registration import BagError
 
 RESULTS_FILE = "pairs.jsonl"
 
+_UNKNOWN = {"rotation_error_deg": math.inf, "translation_error_m": math.inf, "overlap": math.nan, "nees": math.nan}
+"""What null stands for in the file."""
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -49,6 +52,8 @@ class PairResult:
     """TE; inf without an answer."""
     overlap: float
     """Share of the surface that both frames see; NaN where it is not known."""
+    nees: float
+    """The error, squared, in units of the covariance claimed: see ``reliability.nees``; NaN where there is none."""
     timings_ms: Mapping[str, float]
     """By stage, the extraction of both frames' features included; empty if a frame could not be used."""
 
@@ -120,7 +125,7 @@ def _read(path: Path) -> dict[str, PairResult]:
 def _result(row: dict[str, Any]) -> PairResult:
     if set(row) != {field.name for field in fields(PairResult)}:
         raise ValueError("a line of another version")
-    for name, missing in (("rotation_error_deg", math.inf), ("translation_error_m", math.inf), ("overlap", math.nan)):
+    for name, missing in _UNKNOWN.items():
         row[name] = missing if row[name] is None else row[name]
     return PairResult(**row)
 

@@ -23,6 +23,7 @@ from vigg_ros.bench.frame_cache import FrameCache
 from vigg_ros.bench.methods import MethodAnswer, Task
 from vigg_ros.bench.pair_results import PairResult, ResultFile
 from vigg_ros.bench.pairs import FramePair
+from vigg_ros.bench.reliability import nees
 from vigg_ros.registration import BagError, Config, DataError, ViggError
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 
@@ -177,9 +178,11 @@ def run_pair(pair: FramePair, methods: Sequence[str], plan: EvaluationPlan, cach
 
 def _measured(method: str, pair: FramePair, answer: MethodAnswer) -> PairResult:
     T_truth, T_answer = pair.T_target_source, answer.T_target_source
-    errors = (math.inf, math.inf)
+    errors, squared = (math.inf, math.inf), math.nan
     if T_answer is not None:
         errors = rotation_error_deg(T_truth, T_answer), translation_error_m(T_truth, T_answer)
+        if answer.covariance is not None:
+            squared = nees(T_truth, T_answer, answer.covariance)
     timings_ms = {name: round(ms, 2) for name, ms in answer.timings_ms.items()}
     names = pair.target.name, pair.source.name
-    return PairResult(method, pair.group, *names, answer.reason, *errors, pair.overlap, timings_ms)
+    return PairResult(method, pair.group, *names, answer.reason, *errors, pair.overlap, squared, timings_ms)

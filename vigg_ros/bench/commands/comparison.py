@@ -18,6 +18,7 @@ from vigg_ros.bench.catalogue import METHOD_SETS, expand
 from vigg_ros.bench.methods import require
 from vigg_ros.bench.pair_results import RESULTS_FILE, Limits, PairResult, ResultFile, write_csv
 from vigg_ros.bench.pair_summary import Summary, figure, reasons, summarise_all
+from vigg_ros.bench.reliability import LEGEND, reliabilities, write_reliabilities
 from vigg_ros.bench.runner import EvaluationPlan, count_missing, run_plan
 from vigg_ros.cli.config_arguments import add_config_arguments
 from vigg_ros.cli.console import ExitCode, Progress, UsageError, describe_machine, positive_int, table
@@ -80,6 +81,8 @@ def run_comparisons(comparisons: Sequence[MethodComparison], arguments: Namespac
         _print_reasons(found)
         _print_wrong(found, comparison.limits)
         _print_stages(found, comparison.limits)
+    pairs = zip(comparisons, results, strict=True)
+    _report_reliability([(one, comparison.limits) for comparison, found in pairs for one in found], folder)
     machine = describe_machine()
     parallel = f", {arguments.jobs} at a time" if arguments.jobs > 1 else ""
     print(f"ms is a whole pair, features of both frames included, on one core of {machine['processor']}{parallel}")
@@ -108,13 +111,26 @@ def _report(results: Sequence[PairResult], limits: Limits, name: str, folder: Pa
         _write(results, limits, summaries, folder, name)
 
 
+def _report_reliability(judged: Sequence[tuple[PairResult, Limits]], folder: Path | None) -> None:
+    """Print, and write into the folder, how far answers can be relied on: by group, and all together."""
+    found = reliabilities(judged)
+    rows = [one.cells() for one in found]
+    print("reliability:")
+    print(table([list(rows[0]), *(list(row.values()) for row in rows)]))
+    print(*LEGEND, sep="\n")
+    if folder is not None:
+        write_reliabilities(found, folder / "reliability.csv")
+        content = {**_conditions(), "legend": LEGEND, "reliability": [one.as_dict() for one in found]}
+        _write_json(content, folder / "reliability.json")
+
+
 def _by_overlap(results: Sequence[PairResult], ranges: Sequence[tuple[float, float]]) -> list[PairResult]:
     """The results grouped by how much the frames share, least first."""
     regrouped = [
         replace(result, group=f"{low:.0%} to {high:.0%}")
         for low, high in ranges
         for result in results
-        if low <= result.overlap < high
+        if low <= result.overlap < high or result.overlap == high == 1
     ]
     assert len(regrouped) == len(results), "pairs are drawn from these ranges"
     return regrouped
@@ -151,13 +167,16 @@ def _write(
     from vigg_ros.bench.curves import draw_curves
 
     write_csv(results, folder / f"{name}.csv")
-    content: dict[str, Any] = {
-        "command": shlex.join(["vigg", *sys.argv[1:]]),
-        **describe_machine(),
-        "limits": asdict(limits),
-        "summaries": [summary.as_dict() for summary in summaries],
-    }
-    path = folder / f"{name}.json"
-    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    content = {"limits": asdict(limits), "summaries": [summary.as_dict() for summary in summaries]}
+    _write_json({**_conditions(), **content}, folder / f"{name}.json")
     drawn = list(dict.fromkeys(result.method for result in results))[:MAX_CURVES]
     draw_curves([result for result in results if result.method in drawn], limits, folder / f"{name}.png")
+
+
+def _conditions() -> dict[str, Any]:
+    """With what, and on what, figures were measured."""
+    return {"command": shlex.join(["vigg", *sys.argv[1:]]), **describe_machine()}
+
+
+def _write_json(content: dict[str, Any], path: Path) -> None:
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

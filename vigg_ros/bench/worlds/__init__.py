@@ -10,16 +10,18 @@ from vigg_ros.bench.worlds.ambiguous_scenes import (
     single_plane,
     tiled_room,
 )
+from vigg_ros.bench.worlds.interiors import DOOR_M, kitchen_row, shelf, workshop
 from vigg_ros.bench.worlds.lidar import LidarModel, LidarScan, render_lidar, scan_lidar
-from vigg_ros.bench.worlds.noise import ImageNoise, KinectNoise
+from vigg_ros.bench.worlds.noise import ImageNoise, KinectNoise, StereoNoise
 from vigg_ros.bench.worlds.paths import Drive, HandheldLoop, Leg, stamps_ns
-from vigg_ros.bench.worlds.render import render_depth, render_image, render_rgbd
+from vigg_ros.bench.worlds.render import RollingShutter, render_depth, render_image, render_rgbd
 from vigg_ros.bench.worlds.rooms import room
 from vigg_ros.bench.worlds.scene import Light, Scene
 from vigg_ros.bench.worlds.streets import STREET_DRIVE, street
 
 __all__ = [
-    "HALL_PERIOD_M", "STREET_DRIVE", "Drive", "HandheldLoop", "ImageNoise", "KinectNoise", "Leg", "LidarModel",
-    "LidarScan", "Light", "Scene", "bare_room", "blank_plane", "hall_of_columns", "render_depth", "render_image",
-    "render_lidar", "render_rgbd", "room", "scan_lidar", "single_plane", "stamps_ns", "street", "tiled_room",
+    "DOOR_M", "HALL_PERIOD_M", "STREET_DRIVE", "Drive", "HandheldLoop", "ImageNoise", "KinectNoise", "Leg",
+    "LidarModel", "LidarScan", "Light", "RollingShutter", "Scene", "StereoNoise", "bare_room", "blank_plane",
+    "hall_of_columns", "kitchen_row", "render_depth", "render_image", "render_lidar", "render_rgbd", "room",
+    "scan_lidar", "shelf", "single_plane", "stamps_ns", "street", "tiled_room", "workshop",
 ]  # fmt: skip

@@ -25,8 +25,8 @@ def room(seed: int) -> Scene:
     surfaces = (
         *_shell(rng),
         *_wall_things(rng),
-        *_table(rng, flat((0.75, 0.25, 0), 12)),
-        *_shelves(rng, flat((2.3, -0.55, 0))),
+        *table(rng, flat((0.75, 0.25, 0), 12)),
+        *bookcase(rng, flat((2.3, -0.55, 0))),
         *_floor_things(rng),
     )
     return Scene(surfaces, Light((-0.5, -0.4, 2.5), ambient=0.55))
@@ -69,26 +69,26 @@ def _wall_things(rng: Rng) -> Iterator[TexturedSurface]:
     yield from box(flat((2.1, -1.98, 0)), (0.8, 0.06, 2.05), partial(planks, rng, plank_m=0.4))
 
 
-def _table(rng: Rng, T_world_table: Pose) -> Iterator[TexturedSurface]:
+def table(rng: Rng, T_world_table: Pose) -> Iterator[TexturedSurface]:
     """A table of 1.3 x 0.75 m with books, tins and balls on it."""
     wood = partial(planks, rng, plank_m=0.19, texel_m=0.004)
     yield from box(T_world_table @ flat((0, 0, 0.70)), (1.3, 0.75, 0.04), wood)
     for x, y in ((0.6, 0.33), (0.6, -0.33), (-0.6, 0.33), (-0.6, -0.33)):
         yield from box(T_world_table @ flat((x, y, 0)), (0.05, 0.05, 0.70), wood)
     top = T_world_table @ flat((0, 0, 0.74))
-    yield from _pile(rng, top @ flat((-0.42, 0.2, 0), 20), (0.22, 0.16, 0.035), 4)
-    yield from _pile(rng, top @ flat((0.2, -0.22, 0), -35), (0.26, 0.18, 0.04), 3)
+    yield from pile(rng, top @ flat((-0.42, 0.2, 0), 20), (0.22, 0.16, 0.035), 4)
+    yield from pile(rng, top @ flat((0.2, -0.22, 0), -35), (0.26, 0.18, 0.04), 3)
     yield from box(top @ flat((0.05, 0.2, 0), 8), (0.3, 0.2, 0.24), partial(carton, rng, texel_m=0.003))
     yield from box(top @ flat((0.45, 0.12, 0), -20), (0.18, 0.12, 0.3), partial(label, rng))
     yield from box(top @ flat((-0.15, -0.05, 0), 40), (0.1, 0.07, 0.16), partial(label, rng))
-    yield _tin(rng, top @ flat((-0.35, -0.2, 0)), 0.04, 0.12)
-    yield _tin(rng, top @ flat((-0.24, -0.27, 0)), 0.035, 0.1)
-    yield _tin(rng, top @ flat((0.52, -0.18, 0)), 0.05, 0.2)
-    yield _ball(rng, tuple((top @ (-0.08, -0.27, 0.06, 1))[:3]), 0.06)
-    yield _ball(rng, tuple((top @ (0.38, -0.02, 0.05, 1))[:3]), 0.05)
+    yield tin(rng, top @ flat((-0.35, -0.2, 0)), 0.04, 0.12)
+    yield tin(rng, top @ flat((-0.24, -0.27, 0)), 0.035, 0.1)
+    yield tin(rng, top @ flat((0.52, -0.18, 0)), 0.05, 0.2)
+    yield ball(rng, tuple((top @ (-0.08, -0.27, 0.06, 1))[:3]), 0.06)
+    yield ball(rng, tuple((top @ (0.38, -0.02, 0.05, 1))[:3]), 0.05)
 
 
-def _shelves(rng: Rng, T_world_shelves: Pose) -> Iterator[TexturedSurface]:
+def bookcase(rng: Rng, T_world_shelves: Pose) -> Iterator[TexturedSurface]:
     """A bookcase of 0.35 x 1.3 x 1.9 m along the wall, with rows of books and some boxes."""
     wood = partial(mottled, rng, colour=(70, 95, 125), contrast=9, coarsest_m=0.3)
     for y in (-0.65, 0.65):
@@ -98,7 +98,7 @@ def _shelves(rng: Rng, T_world_shelves: Pose) -> Iterator[TexturedSurface]:
     for z in (0.11, 0.55, 0.99, 1.43):
         yield from _book_row(rng, T_world_shelves @ flat((0, 0, z)))
     yield from box(T_world_shelves @ flat((0, -0.3, 1.9), 10), (0.28, 0.4, 0.25), partial(carton, rng))
-    yield _ball(rng, tuple((T_world_shelves @ (0, 0.3, 2.0, 1))[:3]), 0.1)
+    yield ball(rng, tuple((T_world_shelves @ (0, 0.3, 2.0, 1))[:3]), 0.1)
 
 
 def _book_row(rng: Rng, T_world_board: Pose) -> Iterator[TexturedSurface]:
@@ -127,26 +127,26 @@ def _floor_things(rng: Rng) -> Iterator[TexturedSurface]:
     yield from box(flat((1.1, -1.55, 0.35), 5), (0.3, 0.25, 0.28), partial(label, rng))
     chest: Pattern = partial(planks, rng, plank_m=0.2)
     yield from box(flat((-1.6, 1.7, 0)), (1.0, 0.5, 0.75), chest)
-    yield from _pile(rng, flat((-1.5, 1.7, 0.75), 60), (0.26, 0.2, 0.05), 4)
-    yield _tin(rng, flat((-0.45, -0.85, 0)), 0.18, 0.45)
-    yield _tin(rng, flat((1.45, 1.15, 0)), 0.13, 0.3)
+    yield from pile(rng, flat((-1.5, 1.7, 0.75), 60), (0.26, 0.2, 0.05), 4)
+    yield tin(rng, flat((-0.45, -0.85, 0)), 0.18, 0.45)
+    yield tin(rng, flat((1.45, 1.15, 0)), 0.13, 0.3)
     for x, y, radius_m in ((-0.2, 0.85, 0.12), (0.15, -0.65, 0.16), (1.25, -0.95, 0.11), (-1.9, 0.4, 0.14)):
-        yield _ball(rng, (x, y, radius_m), radius_m)
+        yield ball(rng, (x, y, radius_m), radius_m)
 
 
-def _pile(rng: Rng, T_world_base: Pose, size_m: tuple[float, float, float], count: int) -> Iterator[TexturedSurface]:
+def pile(rng: Rng, T_world_base: Pose, size_m: tuple[float, float, float], count: int) -> Iterator[TexturedSurface]:
     """Books on top of each other, each a little turned."""
     for level in range(count):
         lying = T_world_base @ flat((0, 0, level * size_m[2]), rng.uniform(-18, 18))
         yield from box(lying, size_m, partial(label, rng))
 
 
-def _tin(rng: Rng, T_world_base: Pose, radius_m: float, height_m: float) -> Cylinder:
+def tin(rng: Rng, T_world_base: Pose, radius_m: float, height_m: float) -> Cylinder:
     paint = label(rng, (2 * np.pi * radius_m, height_m))
     return Cylinder(T_world_base @ flat((0, 0, height_m / 2)), radius_m, height_m, paint)
 
 
-def _ball(rng: Rng, centre: tuple[float, float, float], radius_m: float) -> Sphere:
+def ball(rng: Rng, centre: tuple[float, float, float], radius_m: float) -> Sphere:
     side_m = 2 * np.pi * radius_m
     if rng.random() < 0.5:
         return Sphere(centre, radius_m, poster(rng, (side_m, side_m), shapes=60, texel_m=0.004))
