@@ -51,18 +51,21 @@ class Balance:
     """What images and surfaces are worth beside each other, once it is seen how far they contradict."""
 
     systematic: NDArray[np.float64]
-    """(6, 6) covariance that the images' motion has beside the matches' own."""
+    """(6, 6) covariance that each has beside what its matches or points show."""
     trust: float
     """Share of their weight that is left to the surfaces."""
+    contradiction: NDArray[np.float64]
+    """(6, 6) covariance of the answer for want of knowing which of the two is right."""
 
-    def of_images(self, information: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(6, 6) by which a visual step counts, from the information of the matches."""
+    def counted(self, information: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(6, 6) by which a step of either kind counts, from its own information."""
         if not self.systematic.any():
             return information
-        return np.asarray(np.linalg.inv(np.linalg.inv(information) + self.systematic))
+        # (information^-1 + systematic)^-1 without the first inverse, which surfaces may lack.
+        return np.asarray(np.linalg.solve(np.eye(6) + information @ self.systematic, information))
 
 
-NO_BALANCE = Balance(np.zeros((6, 6)), 1.0)
+NO_BALANCE = Balance(np.zeros((6, 6)), 1.0, np.zeros((6, 6)))
 
 
 @stage("refinement")
@@ -105,18 +108,23 @@ def balance_of(surface: Residuals, visual: Residuals, motion: NDArray[np.float64
     if len(surface) == 0 or not _determines(of_images):
         return NO_BALANCE
     apart = np.linalg.solve(of_images, visual.gradient) - _step(of_surface, surface.gradient)
-    matches, shape = np.linalg.inv(of_images), np.diag(motion**2)
+    shape = np.diag(motion**2)
 
     def tension(share: float, log_trust: float) -> float:
         """Squared distance of both estimates in standard deviations, less what chance would make it."""
-        images = np.linalg.inv(matches + share**2 * shape)
-        trusted = math.exp(log_trust) * of_surface
+        balance = Balance(share**2 * shape, 1.0, shape)
+        images, trusted = balance.counted(of_images), math.exp(log_trust) * balance.counted(of_surface)
         # Their summed covariances inverted, in a form that needs no inverse of the surfaces' information.
         return float(apart @ images @ np.linalg.solve(images + trusted, trusted @ apart)) - EXPECTED_TENSION
 
+    beyond_chance = tension(0.0, 0.0)
+    if beyond_chance <= 0:
+        return NO_BALANCE
     share = _root(lambda x: tension(x, 0.0), 0.0, MAX_SYSTEMATIC_SHARE)
     trust = math.exp(_root(lambda x: tension(share, -x), 0.0, -math.log(MIN_TRUST)) * -1)
-    return Balance(share**2 * shape, trust)
+    # The answer lies between the two, each of which is as likely right.
+    doubt = 0.5 * beyond_chance / (beyond_chance + EXPECTED_TENSION)
+    return Balance(share**2 * shape, trust, doubt * np.outer(apart, apart))
 
 
 def _root(decreasing: Callable[[float], float], low: float, high: float) -> float:
@@ -140,11 +148,14 @@ def _step(information: NDArray[np.float64], gradient: NDArray[np.float64]) -> ND
 
 
 def _solve(surface: Residuals, visual: Residuals, balance: Balance) -> NDArray[np.float64]:
-    information, gradient = visual.information, visual.gradient
-    if balance is not NO_BALANCE:
-        counted = balance.of_images(information)
-        information, gradient = counted, counted @ np.linalg.solve(information, gradient)
-    return _step(balance.trust * surface.information + information, balance.trust * surface.gradient + gradient)
+    if balance is NO_BALANCE:
+        return _step(surface.information + visual.information, surface.gradient + visual.gradient)
+    information, gradient = np.zeros((6, 6)), np.zeros(6)
+    for part, trust in ((visual, 1.0), (surface, balance.trust)):
+        counted = trust * balance.counted(part.information)
+        information += counted
+        gradient += counted @ _step(part.information, part.gradient)
+    return _step(information, gradient)
 
 
 def _moved(T_target_source: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -162,23 +173,24 @@ def _covariance(
     Unlike A^-1 it does not take the thousand points of one patch for a thousand measurements. A is the
     derivative of the summed scores, so the surfaces count in it as much as they respond to a motion. Two
     equal frames have no residuals, yet nobody knows the motion between them exactly: B holds the floors too.
-    Surfaces of less trust are as much less exact, and images as exact as the balance says.
+    Surfaces of less trust are as much less exact, images as exact as the balance says, and the answer
+    no more exact than the two agree.
     Directions without information get an infinite variance on the diagonal.
     """
-    of_images = visual.information
-    counted = balance.of_images(of_images)
-    information = response * balance.trust * surface.information + counted
+    parts = ((visual, 1.0, 1.0), (surface, balance.trust, response))
+    information, spread, clusters = np.zeros((6, 6)), np.zeros((6, 6)), 0
+    for part, trust, seen in parts:
+        own = part.information
+        counted = balance.counted(own)
+        information += seen * trust * counted
+        less = np.linalg.solve(np.eye(6) + own @ balance.systematic, np.eye(6))
+        spread += trust * (less @ _spread(part) @ less.T + counted @ balance.systematic @ counted)
+        clusters += len(np.unique(part.cluster))
     if not _determines(information):
         return np.diag(np.full(6, np.inf))
-    by_images = _spread(visual)
-    if balance.systematic.any():
-        images = np.linalg.inv(of_images)
-        by_images = counted @ (images @ by_images @ images + balance.systematic) @ counted
     A_inverse = np.linalg.inv(information)
     # Patches beyond the parameters they fix, as in any estimate of a variance.
-    clusters = len(np.unique(surface.cluster)) + len(np.unique(visual.cluster))
-    spread = clusters / max(clusters - 6, 1) * (balance.trust * _spread(surface) + by_images)
-    sandwich = A_inverse @ spread @ A_inverse
+    sandwich = clusters / max(clusters - 6, 1) * A_inverse @ spread @ A_inverse + balance.contradiction
     return 0.5 * (sandwich + sandwich.T)
 
 
