@@ -55,7 +55,7 @@ def verdict(monkeypatch, *fits, config=CONFIG, alike=0.7, repeated=None, seen=No
     monkeypatch.setattr(ranking, "repeated_motion", lambda pair, T: repeated)
     monkeypatch.setattr(ranking, "assess", lambda pair, T: by_motion[T.tobytes()])
     points, rows = np.zeros((VISUAL, 3)), np.arange(VISUAL)
-    visual = Matches(points, points, np.ones(VISUAL), rows, 1000 + rows)
+    visual = Matches(points, points, np.ones(VISUAL), rows, 1000 + rows, np.zeros(VISUAL))
     target, source = (SimpleNamespace(keypoints=SimpleNamespace(pixels=pixels(v))) for v in (0, 1))
     pair = Pair(target, source, visual, no_matches(), config)
     return judge(pair, [f for _, f in fits], Evidence(keypoints=7))
@@ -200,7 +200,7 @@ def hypotheses(*scores):
 def test_only_clear_visual_evidence_spares_the_geometric_search(agreeing, of, scores, clear):
     source, rows = np.zeros((of, 3)), np.arange(of)
     target = np.where(mask(agreeing, of)[:, None], 0.05, 5.0) * np.ones((of, 3))
-    visual = Matches(target, source, np.ones(of), rows, rows)
+    visual = Matches(target, source, np.ones(of), rows, rows, np.zeros(of))
     if scores:
         assert is_decisive(agreeing, of) == (clear or len(scores) > 1)
     few = hypotheses(*scores) if scores else Hypotheses(np.empty((0, 4, 4)), np.empty(0))

@@ -96,7 +96,7 @@ def test_options_are_changed_as_the_paper_has_them():
 
 def test_noise_has_the_deviation_it_says_and_is_the_same_each_time():
     points, rows = np.zeros((3000, 3)), np.arange(3000)
-    matches = Matches(points, points, np.ones(3000), rows, rows)
+    matches = Matches(points, points, np.ones(3000), rows, rows, np.zeros(3000))
     noisy = with_noise(matches, 0.025, seed=1)
     # 9,000 draws: the deviation is known to 0.7 %, 3 sigma.
     assert np.std(noisy.source) == pytest.approx(0.025, rel=0.025)

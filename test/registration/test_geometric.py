@@ -97,7 +97,7 @@ def landmarks_of(features: NDArray[np.floating], first: int = 0) -> Landmarks:
     n = first + np.arange(len(features), dtype=np.float32)
     points = np.column_stack((n, n, n))
     unit = features / np.linalg.norm(features, axis=1, keepdims=True)
-    return Landmarks(points, unit.astype(np.float32))
+    return Landmarks(points, unit.astype(np.float32), np.zeros(len(points)))
 
 
 def test_mutual_matches_are_those_of_all_pairs() -> None:

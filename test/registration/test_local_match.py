@@ -73,7 +73,7 @@ def landmarks(points: NDArray[np.floating], seed: int | None = None) -> Landmark
     if seed is not None:
         features = np.random.default_rng(seed).normal(size=features.shape)
     features /= np.linalg.norm(features, axis=1, keepdims=True)
-    return Landmarks(points.astype(np.float32), features.astype(np.float32))
+    return Landmarks(points.astype(np.float32), features.astype(np.float32), np.zeros(len(points)))
 
 
 def test_an_empty_zone_drops_the_point() -> None:
@@ -94,7 +94,7 @@ def test_the_zone_is_around_the_moved_point_and_the_feature_decides_in_it() -> N
     own, other = apply(T_TRUE, source_points) + (0.08, 0, 0), apply(T_TRUE, source_points) + (0, 0.01, 0)
     points = np.concatenate((own, other)).astype(np.float32)
     strange = landmarks(source_points, seed=2)
-    target = Landmarks(points, np.concatenate((source.features, strange.features)))
+    target = Landmarks(points, np.concatenate((source.features, strange.features)), np.zeros(len(points)))
     matcher = LocalMatcher(target, 0.2)
     wide = matcher.match(source, T_TRUE, 0.085)
     assert (wide.target_row == wide.source_row).mean() > 0.99, "a strange feature beats the own one by chance only"

@@ -15,7 +15,7 @@ def numbered(*numbers: int) -> Matches:
     """Matches whose every entry says which match it belongs to."""
     n = np.array(numbers, int)
     points = np.tile(n[:, None], 3)
-    return Matches(points + 0.1, points + 0.2, n / 100, n + 1000, n + 2000)
+    return Matches(points + 0.1, points + 0.2, n / 100, n + 1000, n + 2000, n / 1000)
 
 
 def assert_numbered(matches: Matches, *numbers: int) -> None:

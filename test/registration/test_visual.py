@@ -18,7 +18,7 @@ def keypoints(descriptors: NDArray[np.generic], first: int = 0) -> Keypoints:
     """Keypoints whose points say which they are: (n, n, n) from n = first on."""
     n = first + np.arange(len(descriptors))
     points = np.column_stack((n, n, n)).astype(float)
-    return Keypoints(points[:, :2].astype(np.float32), points, descriptors, len(n))
+    return Keypoints(points[:, :2].astype(np.float32), points, descriptors, len(n), np.zeros(len(n)))
 
 
 def directions(*angles_deg: float) -> NDArray[np.float32]:

@@ -83,7 +83,10 @@ def assert_near(T_found: Pose, T_true: Pose, *, rotation_deg: float, translation
 def matches_of(target: NDArray[np.floating], source: NDArray[np.floating]) -> Matches:
     """Matches of points beside each other, all of full weight."""
     rows = np.arange(len(target))
-    return Matches(np.asarray(target, float), np.asarray(source, float), np.ones(len(target)), rows, rows)
+    count = len(target)
+    return Matches(
+        np.asarray(target, float), np.asarray(source, float), np.ones(count), rows, rows, np.zeros(count)
+    )
 
 
 def answer(outcome: object) -> Registration:

@@ -10,6 +10,7 @@ import numpy as np
 from vigg_ros.registration import Camera, Config, Evidence, Frame, Reason, Registration, Rejection
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.geometric import Surface
+from vigg_ros.registration.noise import NO_NOISE
 from vigg_ros.registration.options import VisualConfig
 from vigg_ros.registration.visual import detect
 from vigg_ros.report.recording import LEADING_MESSAGES, Recording
@@ -54,7 +55,7 @@ def frame(i=0):
     made = _frame(image.copy(), i)
     points = keypoints.points.astype(np.float32)
     surface = Surface(points, np.tile(np.float32([0, 0, -1]), (len(points), 1)))
-    return made, Features(made, Config(), keypoints, surface, surface, made.geometry.view())
+    return made, Features(made, Config(), keypoints, surface, surface, made.geometry.view(), NO_NOISE, None)
 
 
 def compared(i=0, *, with_keyframe=True):

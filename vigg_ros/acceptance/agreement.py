@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from vigg_ros.acceptance.appearance import Appearance, correlation
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
-from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.matches import CLOSE_SHARE, Matches
 from vigg_ros.registration.result import Evidence
 from vigg_ros.registration.rigid import inverse, transform
 from vigg_ros.registration.stages import stage
 from vigg_ros.registration.visual import Keypoints
 
-TOLERANCE_VOXELS, TOLERANCE_PER_METRE = 2.0, 0.01
-"""How far apart surfaces may lie and still coincide: the grid, and depth noise growing with distance."""
+TOLERANCE_VOXELS, TOLERANCE_SIGMAS = 2.0, 3.0
+"""How far apart surfaces may lie and still coincide: the grid, and the noise of both frames where they are seen."""
 
 MIN_INCIDENCE = 0.2
 """Cosine between line of sight and normal below which a distance along the ray says little."""
@@ -124,7 +124,7 @@ class Candidate:
 
 def inliers_of(matches: Matches, T_target_source: NDArray[np.float64], config: Config) -> NDArray[np.bool_]:
     """Which matches (M,) lie within the threshold under a motion."""
-    return matches.distances(T_target_source) < config.cliques.inlier_threshold_m
+    return matches.agree(T_target_source, config.cliques.inlier_threshold_m)
 
 
 def agreement(behind_m: NDArray[np.float64], tolerance_m: NDArray[np.float64]) -> Agreement:
@@ -181,7 +181,12 @@ def _see(viewer: Features, other: Features, T_viewer_other: NDArray[np.float64],
     distance_m = np.linalg.norm(points, axis=1)
     towards = -np.einsum("ni,ni->n", points, normals)
     squarely = np.abs(towards) > MIN_INCIDENCE * distance_m
-    tolerance_m = (TOLERANCE_VOXELS * config.geometric.voxel_size_m + TOLERANCE_PER_METRE * distance_m)[squarely]
+    own_m = np.linalg.norm(other.patches.points, axis=1)
+    sigma_m = np.hypot(viewer.noise.sigma_m(distance_m), other.noise.sigma_m(own_m))
+    grid_m = TOLERANCE_VOXELS * config.geometric.voxel_size_m
+    if sigma_m.any():  # the paper's method knows no noise
+        grid_m = np.minimum(grid_m, CLOSE_SHARE * distance_m)
+    tolerance_m = (grid_m + TOLERANCE_SIGMAS * sigma_m)[squarely]
     behind_m = viewer.view.behind(points[squarely])
     # A surface that turns its back cannot be the one that was seen in its place.
     behind_m[(towards[squarely] < 0) & (np.abs(behind_m) <= tolerance_m)] = -np.inf

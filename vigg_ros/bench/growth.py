@@ -111,7 +111,7 @@ def cliques_of(count: int, right: float = 0.3) -> Callable[[], object]:
     wrong = rng.random(count) >= right
     source[wrong] = rng.uniform(-3, 3, (np.count_nonzero(wrong), 3))
     rows = np.arange(count)
-    matches = Matches(target, source, np.ones(count), rows, rows)
+    matches = Matches(target, source, np.ones(count), rows, rows, np.zeros(count))
     return lambda: propose(matches, no_matches(), Config().cliques)
 
 

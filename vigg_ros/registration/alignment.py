@@ -52,7 +52,7 @@ WIDE_SIGMAS, NARROW_SIGMAS = 12.0, 4.0
 PIXEL_SIGMA_SHARE = 1.0 / 640
 """Nominal deviation of a keypoint as a share of the image's width: it is searched in a reduced image."""
 
-PIXEL_FLOOR = 0.3
+PIXEL_FLOOR = 0.15
 """Share of that deviation which it has at least, however well the matches agree."""
 
 

@@ -47,10 +47,13 @@ class Hypotheses:
 def compatibility(matches: Matches, threshold_m: float, score_threshold: float) -> NDArray[np.float32]:
     """Second-order compatibility (M, M) of matches: 0 where two cannot both be right.
 
-    s_ij = exp(-d_ij^2 / (2 t^2)) of the length difference d_ij (eq. 1), zero below the score threshold,
+    s_ij = exp(-d_ij^2 / (t_i^2 + t_j^2)) of the length difference d_ij (eq. 1, t for each match as far as it is
+    noisy), zero below the score threshold,
     times the support (S S)_ij of all matches compatible with both (SC2-PCR).
     """
-    exponent = (_lengths(matches.target) - _lengths(matches.source)) ** 2 / np.float32(2 * threshold_m**2)
+    radii2_m2 = (matches.radii_m(threshold_m) ** 2).astype(np.float32)
+    exponent = (_lengths(matches.target) - _lengths(matches.source)) ** 2
+    exponent /= radii2_m2[:, None] + radii2_m2[None, :]
     # Most pairs are incompatible; only for the others the exponential is worth its time.
     compatible = exponent <= -math.log(max(score_threshold, 1e-30))
     np.fill_diagonal(compatible, False)
@@ -83,7 +86,7 @@ def score(T_target_source: NDArray[np.float64], matches: Matches, threshold_m: f
     gap = matches.source.astype(np.float32) @ R.transpose(0, 2, 1)
     gap += (t[:, None] - matches.target.astype(np.float32)[None]).astype(np.float32)
     distance = np.sqrt(np.einsum("hmi,hmi->hm", gap, gap))
-    return np.asarray(np.maximum(0.0, threshold_m - distance).sum(axis=1, dtype=np.float64))
+    return np.asarray(np.maximum(0.0, matches.radii_m(threshold_m) - distance).sum(axis=1, dtype=np.float64))
 
 
 @stage("cliques")

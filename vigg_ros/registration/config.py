@@ -137,6 +137,7 @@ PAPER: dict[str, Any] = {
     "geometric.normal_radius_voxels": 2.0,
     "geometric.feature_radius_voxels": 5.0,
     "geometric.always": True,
+    "noise.model": "none",
     "geometric.mutual": False,
     "cliques.geometric_hypotheses": False,
     "local_match.geometric_prior": False,

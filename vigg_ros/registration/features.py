@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
+
+import numpy as np
 
 from vigg_ros.registration.alignment import Alignment, DepthAlignment, DepthSurface, IndexedSurface, ScanAlignment
 from vigg_ros.registration.config import Config
@@ -57,7 +59,7 @@ class Features:
     def fine_keypoints(self) -> Keypoints:
         """Of the image in full size; the same object as ``keypoints`` where that was not reduced."""
         is_coarse = is_reduced(self.frame, self.config.visual)
-        return _keypoints(self.frame, self.config, None) if is_coarse else self.keypoints
+        return _measured(_keypoints(self.frame, self.config, None), self.noise) if is_coarse else self.keypoints
 
     def searched_keypoints(self, least: int) -> Keypoints:
         """Those of the reduced image; those in full size where that shows fewer than ``least``."""
@@ -66,7 +68,7 @@ class Features:
     @cached_property
     def landmarks(self) -> Landmarks:
         """The patches with FPFH."""
-        return build_landmarks(self.patches, self.config.geometric)
+        return build_landmarks(self.patches, self.config.geometric, self.noise)
 
     def matcher(self, max_radius_m: float) -> LocalMatcher:
         """The landmarks, indexed for local matching in zones up to this radius when the frame is a target."""
@@ -110,11 +112,15 @@ def extract(frame: Frame, config: Config) -> Features:
         detecting = beside.submit(copy_context().run, partial(_keypoints, frame, config, config.visual.max_pixels))
         planes = DepthPlanes.of(frame.geometry) if isinstance(frame.geometry, DepthMap) else None
         noise = noise_of(planes, config.noise)
-        surface = build_surface(frame.points(), config.geometric)
+        surface = build_surface(frame.points(), config.geometric, noise)
         patches = build_patches(surface, config.geometric)
         view = frame.geometry.view()
-        keypoints = detecting.result()
+        keypoints = _measured(detecting.result(), noise)
     return Features(frame, config, keypoints, surface, patches, view, noise, planes)
+
+
+def _measured(keypoints: Keypoints, noise: DepthNoise) -> Keypoints:
+    return replace(keypoints, sigma_m=noise.sigma_m(np.linalg.norm(keypoints.points, axis=1)))
 
 
 def _keypoints(frame: Frame, config: Config, max_pixels: int | None) -> Keypoints:

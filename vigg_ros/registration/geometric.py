@@ -17,6 +17,7 @@ from vigg_ros.registration.kernels.fpfh import fpfh
 from vigg_ros.registration.kernels.normals import surface_normals
 from vigg_ros.registration.kernels.voxels import voxel_means
 from vigg_ros.registration.matches import Matches
+from vigg_ros.registration.noise import NO_NOISE, DepthNoise
 from vigg_ros.registration.options import GeometricConfig
 from vigg_ros.registration.stages import stage
 
@@ -28,6 +29,9 @@ SALIENT = 4000
 
 BLOCK = 512
 """Features compared at once, so that a block of similarities stays in the cache."""
+
+NOISY_VOXELS = 2.0
+"""Standard deviation, in voxels, up to which points still show where a surface is."""
 
 SURFACE_NORMAL_VOXELS = 2.0
 """Radius of a surface point's normal; docs/method.md, surface."""
@@ -58,13 +62,15 @@ class Landmarks:
     """(L, 3), metres."""
     features: NDArray[np.float32]
     """(L, 33) FPFH, unit length."""
+    sigma_m: NDArray[np.float64]
+    """(L,) standard deviation along the line of sight."""
 
     def __len__(self) -> int:
         return len(self.points)
 
     def select(self, rows: NDArray[Any]) -> Landmarks:
         """Some of the landmarks, by mask or index."""
-        return Landmarks(self.points[rows], self.features[rows])
+        return Landmarks(self.points[rows], self.features[rows], self.sigma_m[rows])
 
 
 def voxel_downsample(
@@ -107,10 +113,14 @@ def rows_in_range(points: NDArray[np.floating], config: GeometricConfig) -> NDAr
 
 
 @stage("surface")
-def build_surface(points: NDArray[np.float32], config: GeometricConfig) -> Surface:
-    """The voxel grid of all points (N, 3) within range of the sensor, the origin, where it is a surface."""
+def build_surface(points: NDArray[np.float32], config: GeometricConfig, noise: DepthNoise = NO_NOISE) -> Surface:
+    """The voxel grid of all points (N, 3) within range of the sensor, the origin, where it is a surface.
+
+    Where the noise is wider than NOISY_VOXELS a cloud of points is no surface any more, whatever it is a cloud of.
+    """
+    reach_m = noise.reach_m(NOISY_VOXELS * config.voxel_size_m)
     grid = voxel_downsample(
-        points, config.voxel_size_m, min_range_m=config.min_range_m, max_range_m=config.max_range_m
+        points, config.voxel_size_m, min_range_m=config.min_range_m, max_range_m=min(config.max_range_m, reach_m)
     )
     normals = estimate_normals(grid, SURFACE_NORMAL_VOXELS * config.voxel_size_m)
     return Surface(grid, normals).select(np.any(normals != 0, axis=1))
@@ -128,10 +138,11 @@ def build_patches(surface: Surface, config: GeometricConfig) -> Surface:
 
 
 @stage("features")
-def build_landmarks(patches: Surface, config: GeometricConfig) -> Landmarks:
+def build_landmarks(patches: Surface, config: GeometricConfig, noise: DepthNoise = NO_NOISE) -> Landmarks:
     """The patches with FPFH."""
     radius_m = config.feature_radius_voxels * config.voxel_size_m
-    return Landmarks(patches.points, describe(patches.points, patches.normals, radius_m))
+    sigma_m = noise.sigma_m(np.linalg.norm(patches.points, axis=1))
+    return Landmarks(patches.points, describe(patches.points, patches.normals, radius_m), sigma_m)
 
 
 def sample(count: int, limit: int, seed: int) -> NDArray[np.int64]:
@@ -203,4 +214,5 @@ def _matches(
         np.clip(similarity, 0.0, 1.0).astype(np.float64),
         target_row,
         source_row,
+        np.hypot(target.sigma_m[target_row], source.sigma_m[source_row]),
     )

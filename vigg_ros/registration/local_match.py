@@ -37,10 +37,12 @@ def error_distribution(
 ) -> ErrorDistribution:
     """Pseudo-inliers and variance of the prior matches under a motion (eq. 7, 8)."""
     distance = prior.distances(T_target_source)
-    inliers = distance < threshold_m
+    inliers = distance < prior.radii_m(threshold_m)
     if np.count_nonzero(inliers) < 3:
         return ErrorDistribution(inliers, math.inf)
-    return ErrorDistribution(inliers, float(np.mean(distance[inliers] ** 2)) / 3.0)
+    # Distances by noise tell how far points are off, not how far the motion is.
+    bounded_m = np.minimum(distance[inliers], threshold_m)
+    return ErrorDistribution(inliers, float(np.mean(bounded_m**2)) / 3.0)
 
 
 def search_zone_m2(variance_m2: float, gamma_squared: float) -> float:
@@ -77,6 +79,7 @@ class LocalMatcher:
             np.clip(similarity[rows], 0.0, 1.0).astype(np.float64),
             self._index.order[found],
             rows,
+            np.hypot(self._sorted.sigma_m[found], source.sigma_m[rows]),
         )
 
 

@@ -61,15 +61,18 @@ class DepthNoise:
         return math.sqrt((math.sqrt(b * b + 4 * a * rest) - b) / (2 * a))
 
 
+NO_NOISE = DepthNoise(0.0, 0.0, 0.0)
+
 MODELS = {
+    "none": NO_NOISE,
     "structured_light": DepthNoise(0.0015, 0.0, 0.00145),
     "stereo": DepthNoise(0.001, 0.0, 0.0052),
     "time_of_flight": DepthNoise(0.003, 0.002, 0.0),
-    "lidar": DepthNoise(0.02, 0.0033, 0.0),
+    "lidar": DepthNoise(0.02, 0.0024, 0.0),
 }
 """Kinect: Khoshelham and Elberink 2012, near Nguyen 2012. Stereo: 0.1 px / (382 px * 50 mm), a D435 at 640 columns by
 Intel's white paper on tuning, and about 2 % at 4 m. Time of flight: the random error of an Azure Kinect by its
-data sheet, 17 mm at most. LiDAR: 2 cm by the data sheets of Velodyne and Ouster, and a beam of 3 mrad."""
+data sheet, 17 mm at most. LiDAR: 2 cm by the data sheets of Velodyne and Ouster, and a beam of 2 to 3 mrad."""
 
 
 @dataclass(frozen=True, slots=True)

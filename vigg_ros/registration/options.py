@@ -130,8 +130,8 @@ class NoiseConfig:
 
     model: str = option(
         "auto", "the kind of depth sensor; auto measures a depth image's noise on its flat parts, and takes a scan for "
-        "a lidar's",
-        choices=("auto", "structured_light", "stereo", "time_of_flight", "lidar"),
+        "a lidar's; none for the paper's method, to which all points are equal",
+        choices=("auto", "none", "structured_light", "stereo", "time_of_flight", "lidar"),
     )
     sigma_m: float = option(0.0, "a constant part of your own; 0 for the model's", unit="m", low=0.0, high=10.0)
     sigma_per_m: float = option(

@@ -45,13 +45,17 @@ class Keypoints:
     """(K, D) float32 of unit length, or uint8 bit strings."""
     detected: int
     """How many keypoints the image has, those that see no point included."""
+    sigma_m: NDArray[np.float64]
+    """(K,) standard deviation of the points along the line of sight; 0 until the frame's noise is known."""
 
     def __len__(self) -> int:
         return len(self.pixels)
 
     def select(self, rows: NDArray[Any]) -> Keypoints:
         """Some of the keypoints, by mask or index."""
-        return Keypoints(self.pixels[rows], self.points[rows], self.descriptors[rows], self.detected)
+        return Keypoints(
+            self.pixels[rows], self.points[rows], self.descriptors[rows], self.detected, self.sigma_m[rows]
+        )
 
 
 def detect_sift(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:
@@ -89,7 +93,8 @@ def detect(frame: Frame, config: VisualConfig, *, max_pixels: int | None = None)
     pixels, descriptors = DETECTORS[config.detector](searched, config.max_keypoints)
     pixels = _in_full_image(pixels, searched.shape, grey.shape)
     points = frame.points_at(pixels)
-    return Keypoints(pixels, points, descriptors, len(pixels)).select(np.flatnonzero(np.isfinite(points).all(axis=1)))
+    found = Keypoints(pixels, points, descriptors, len(pixels), np.zeros(len(pixels)))
+    return found.select(np.flatnonzero(np.isfinite(points).all(axis=1)))
 
 
 def is_reduced(frame: Frame, config: VisualConfig) -> bool:
@@ -132,7 +137,8 @@ def match_visual(target: Keypoints, source: Keypoints, config: VisualConfig) -> 
     kept = np.flatnonzero(squared[:, 0] < config.ratio * squared[:, 1])
     kept = kept[np.argsort(squared[kept, 0], kind="stable")][: config.top_k]
     rows = nearest[kept]
-    return Matches(target.points[rows], source.points[kept], 1.0 - squared[kept, 0] / 2, rows, kept)
+    sigma_m = np.hypot(target.sigma_m[rows], source.sigma_m[kept])
+    return Matches(target.points[rows], source.points[kept], 1.0 - squared[kept, 0] / 2, rows, kept, sigma_m)
 
 
 def _nearest_two(target: NDArray[Any], source: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
