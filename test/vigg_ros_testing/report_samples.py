@@ -59,7 +59,7 @@ def frame(i=0):
 
 
 def compared(i=0, *, with_keyframe=True):
-    keyframe = Keyframe(7, *frame(), UncertainPose.identity()) if with_keyframe else None
+    keyframe = Keyframe(7, *frame(), UncertainPose.identity(), np.zeros(6)) if with_keyframe else None
     return Comparison(*frame(i), keyframe)
 
 

@@ -39,6 +39,10 @@ BLOCK_VOXELS = 8.0
 SCAN_FLOOR_VOXELS, VISUAL_FLOOR_VOXELS = 0.02, 0.1
 """Standard deviation that a point of a scan, and a visual match of one, has at least."""
 
+RESPONSE_SIGMAS = 0.5
+"""The shift by which the response of a scan's surfaces is tried, in standard deviations of their distances: within
+what the weights answer to evenly."""
+
 MIN_RESPONSE = 0.05
 """Surfaces that respond less are too rough to say how much they do."""
 
@@ -52,7 +56,7 @@ WIDE_SIGMAS, NARROW_SIGMAS = 12.0, 4.0
 PIXEL_SIGMA_SHARE = 1.0 / 640
 """Nominal deviation of a keypoint as a share of the image's width: it is searched in a reduced image."""
 
-PIXEL_FLOOR = 0.15
+PIXEL_FLOOR = 0.1
 """Share of that deviation which it has at least, however well the matches agree."""
 
 
@@ -69,6 +73,8 @@ class Residuals:
     """(N,) the patch or match that each belongs to: what errs together."""
     floor: NDArray[np.float64]
     """(N,) standard deviation that stays, however well they agree."""
+    curvature: float = 1.0
+    """The derivative of the weighted residuals as a share of what the weights claim: outliers answer less."""
     shared_floor: bool = False
     """Whether that is an error of a whole patch rather than of each point."""
 
@@ -121,6 +127,15 @@ def _deviation(value: NDArray[np.float64], floor: float) -> float:
 def _cauchy(size: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
     """Weights in (0, 1] of sizes (N,), of the Cauchy distribution's scale."""
     return np.asarray(1.0 / (1.0 + (size / sigma) ** 2))
+
+
+def _curvature(size: NDArray[np.float64], sigma: float, dimensions: int) -> float:
+    """Mean derivative of residuals under Cauchy weights over their mean weight, for residuals of some dimensions.
+
+    w + (dw/du) u / d with w = 1 / (1 + u^2): weights that fall as a residual grows take back a part of what it says.
+    """
+    weight = _cauchy(size, sigma)
+    return float(np.mean(weight - 2.0 / dimensions * (1.0 - weight) * weight) / np.mean(weight))
 
 
 def _turned(arms: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -195,24 +210,25 @@ class ScanAlignment:
         moved = transform(T_target_source, self.matches.source)
         value = self.matches.target - moved
         floor_m = VISUAL_FLOOR_VOXELS * self.target.voxel_m
-        weight = np.empty(0)
+        weight, curvature = np.empty(0), 1.0
         if len(value):
             size = np.linalg.norm(value, axis=1) / math.sqrt(3)
             sigma_m = _deviation(size, floor_m)
+            curvature = _curvature(size, sigma_m, 3)
             weight = np.repeat(_cauchy(size, sigma_m) / sigma_m**2, 3)
         jacobian = _turned(moved - T_target_source[:3, 3]).reshape(-1, 6)
         cluster = -1 - np.repeat(np.arange(len(value)), 3)
-        return Residuals(value.ravel(), jacobian, weight, cluster, np.full(3 * len(value), floor_m))
+        return Residuals(value.ravel(), jacobian, weight, cluster, np.full(3 * len(value), floor_m), curvature)
 
     def response(self, T_target_source: NDArray[np.float64], found: Residuals) -> float:
         """How much of a shift along the normals is seen once the surfaces are paired anew: a share in (0, 1].
 
         Among noisy points the nearest one hides a part of any shift, so ``found`` claims more information
-        than there is. Tried with a shift of one standard deviation of the distances found, either way.
+        than there is. Tried with a shift of RESPONSE_SIGMAS of the distances found, either way.
         """
         if len(found) == 0:
             return 1.0
-        shift = _deviation(found.value, SCAN_FLOOR_VOXELS * self.target.voxel_m)
+        shift = RESPONSE_SIGMAS * _deviation(found.value, SCAN_FLOOR_VOXELS * self.target.voxel_m)
         pull = []
         for step in (-shift, shift):
             shifted = Surface(self.source.points + np.float32(step) * self.source.normals, self.source.normals)
@@ -292,11 +308,12 @@ class DepthAlignment:
         patch = patch_of(points[rows], BLOCK_VOXELS * self.voxel_m)
         _, place, counts = np.unique(patch, return_inverse=True, return_counts=True)
         relative = value / sigma_m
-        weight = _cauchy(relative, _deviation(relative, SHARED_NOISE))
+        scale = _deviation(relative, SHARED_NOISE)
+        weight, curvature = _cauchy(relative, scale), _curvature(relative, scale, 1)
         mean = np.bincount(place, weight * relative) / np.bincount(place, weight)
         of_patch = math.hypot(MAD_TO_SIGMA * float(np.median(np.abs(mean))), SHARED_NOISE)
         weight /= counts[place] * (of_patch * sigma_m) ** 2
-        return Residuals(value, jacobian, weight, patch, SHARED_NOISE * sigma_m, shared_floor=True)
+        return Residuals(value, jacobian, weight, patch, SHARED_NOISE * sigma_m, curvature, shared_floor=True)
 
     def visual(self, T_target_source: NDArray[np.float64]) -> Residuals:
         """Where each match's point projects in the other image, less where it was seen, pixels, both ways.
@@ -329,11 +346,12 @@ class DepthAlignment:
         weight = np.repeat(_cauchy(size, sigma) / sigma**2 / 2, 4) * max(count - 3, 1) / count
         cluster = -1 - np.repeat(np.arange(count), 4)
         slopes = np.concatenate(jacobian, axis=1).reshape(-1, 6)
-        return Residuals(both.ravel(), slopes, weight, cluster, np.full(4 * count, PIXEL_FLOOR))
+        curvature = _curvature(size, sigma, 2)
+        return Residuals(both.ravel(), slopes, weight, cluster, np.full(4 * count, PIXEL_FLOOR), curvature)
 
     def response(self, T_target_source: NDArray[np.float64], found: Residuals) -> float:
-        """All of it: a plane is a mean of many pixels, and stays where it is when another one moves."""
-        return 1.0
+        """A plane is a mean of many pixels and stays where it is; only the weights take some of a shift back."""
+        return found.curvature
 
     def lever(self, T_target_source: NDArray[np.float64]) -> NDArray[np.float64]:
         """How far the motion goes; see ``lever``."""

@@ -33,6 +33,8 @@ class Frame:
     camera: Camera
     geometry: DepthMap | ProjectedScan
     stamp_ns: int
+    apart_s: float = 0.0
+    """How far apart image and points were taken, seconds."""
 
     @classmethod
     def from_depth(
@@ -97,7 +99,7 @@ class Frame:
         """The same frame with its scan replaced by corrected points (N, 3), which have no times any more."""
         assert isinstance(self.geometry, ProjectedScan), "depth images are not corrected"
         scan = replace(self.geometry, cloud=points, times_s=None)
-        return Frame(self.image, self.camera, scan, self.stamp_ns)
+        return replace(self, geometry=scan)
 
     def masked(self, ignore: NDArray[np.bool_]) -> Frame:
         """The same frame without what is seen where ``ignore`` (H, W) holds: no points, and keypoints see none."""

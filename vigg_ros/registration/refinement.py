@@ -177,7 +177,7 @@ def _covariance(
     no more exact than the two agree.
     Directions without information get an infinite variance on the diagonal.
     """
-    parts = ((visual, 1.0, 1.0), (surface, balance.trust, response))
+    parts = ((visual, 1.0, visual.curvature), (surface, balance.trust, response))
     information, spread, clusters = np.zeros((6, 6)), np.zeros((6, 6)), 0
     for part, trust, seen in parts:
         own = part.information

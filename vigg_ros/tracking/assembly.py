@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vigg_ros.registration.errors import DataError
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.options import PairingConfig
+from vigg_ros.sensors.header import NS_PER_S
 from vigg_ros.sensors.observation import Calibration, ColourImage, DepthImage, Observation, PointCloud
 from vigg_ros.tracking.extrinsics import Lookup
 from vigg_ros.tracking.pairing import Pairing, SyncedPair
@@ -152,11 +153,13 @@ class FrameAssembler:
                 "NO_CALIBRATION", found="images without a CameraInfo",
                 expected="a CameraInfo message of the colour camera", remedy="publish it, or name its topic",
             )
+        apart_s = abs(leader.stamp_ns - follower.stamp_ns) / NS_PER_S
         if isinstance(leader, PointCloud):
             assert isinstance(follower, ColourImage), "scans are paired with images"
-            return scan_frame(leader, follower, messages.calibration, self._extrinsics)
+            frame = scan_frame(leader, follower, messages.calibration, self._extrinsics)
+            return replace(frame, apart_s=apart_s)
         assert isinstance(follower, DepthImage), "images are paired with depth"
-        return depth_frame(leader, follower, messages.calibration)
+        return replace(depth_frame(leader, follower, messages.calibration), apart_s=apart_s)
 
 
 def depth_frame(colour: ColourImage, depth: DepthImage, calibration: Calibration) -> Frame:

@@ -26,6 +26,8 @@ class Keyframe:
     features: Features
     pose: UncertainPose
     """In the odometry frame."""
+    displacement: NDArray[np.float64]
+    """(6,) by which its stamp leaves it uncertain; see ``stamp_error``."""
 
 
 class KeyframeBuffer:
@@ -45,9 +47,11 @@ class KeyframeBuffer:
         """The keyframe that new frames are registered against first."""
         return self._reference
 
-    def add(self, frame: Frame, features: Features, pose: UncertainPose) -> Keyframe:
+    def add(
+        self, frame: Frame, features: Features, pose: UncertainPose, displacement: NDArray[np.float64]
+    ) -> Keyframe:
         """A new keyframe, which becomes the reference."""
-        keyframe = Keyframe(self._next_id, frame, features, pose)
+        keyframe = Keyframe(self._next_id, frame, features, pose, displacement)
         self._next_id += 1
         self._keyframes.append(keyframe)
         self._reference = keyframe

@@ -25,6 +25,7 @@ from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
 from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
 from vigg_ros.tracking.own_body import OwnBody
+from vigg_ros.tracking.stamp_error import displacement, stamp_covariance
 
 MAX_SKEW_VOXELS = 0.1
 """Mean skew from which a scan is de-skewed again: well above what the noise of two poses explains."""
@@ -40,6 +41,8 @@ class TrackedFrame:
     frame: Frame
     features: Features
     pose: UncertainPose
+    displacement: NDArray[np.float64]
+    """(6,); see ``stamp_error``."""
 
 
 class Registrar:
@@ -117,8 +120,8 @@ class Registrar:
             self.own_sessions += 1
             self._forget_poses()
         pose = UncertainPose.identity()
-        keyframe = self._keyframes.add(seen.frame, features, pose)
-        self._last = TrackedFrame(seen.frame, features, pose)
+        keyframe = self._keyframes.add(seen.frame, features, pose, np.zeros(6))
+        self._last = TrackedFrame(seen.frame, features, pose, np.zeros(6))
         self._answered_ns = seen.frame.stamp_ns
         started = self._found(seen, State.STARTED, keyframe, None, pose, new_keyframe=True)
         return replace(started, message=message, notes=notes)
@@ -139,11 +142,15 @@ class Registrar:
         self._answered_ns = frame.stamp_ns
         pose = _pose(keyframe, outcome)
         self._velocity = self._velocity_to(pose, frame.stamp_ns)
-        self._last = TrackedFrame(seen.frame, seen.features, pose)
+        moved = displacement(seen.frame, self._velocity)
+        of_stamps = stamp_covariance(outcome.T_target_source, keyframe.displacement, moved)
+        outcome = replace(outcome, covariance=outcome.covariance + of_stamps)
+        pose = _pose(keyframe, outcome)
+        self._last = TrackedFrame(seen.frame, seen.features, pose, moved)
         new_keyframe = self._keyframe_requested or is_far(outcome, self._config.keyframes)
         if new_keyframe:
             self._keyframe_requested = False
-            self._keyframes.add(seen.frame, seen.features, pose)
+            self._keyframes.add(seen.frame, seen.features, pose, moved)
         found = self._found(seen, state, keyframe, outcome, pose, new_keyframe=new_keyframe)
         return replace(found, notes=self._watch_body(frame, pose, state))
 
@@ -206,7 +213,9 @@ class Registrar:
             # The last frame was tracked, so it is a sound reference, and the nearest there is.
             outcome = register(self._last.features, features, self._config)
             if isinstance(outcome, Registration):
-                last = self._keyframes.add(self._last.frame, self._last.features, self._last.pose)
+                last = self._keyframes.add(
+                    self._last.frame, self._last.features, self._last.pose, self._last.displacement
+                )
                 return State.TRACKING, last, outcome
         position = np.zeros(3) if self._last is None else self._last.pose.T_parent_child[:3, 3]
         for keyframe in self._keyframes.others(position, self._config.keyframes.retries, self._searches):
