@@ -102,18 +102,6 @@ class DepthPlanes:
         rows, columns = (np.arange(n) * self.step_px + self.step_px // 2 for n in self.grid.shape[:2])
         return np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float64)
 
-    def depth_at(self, pixels: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Depth (K,) of the planes where pixels (K, 2) inside the image look; NaN where there is none."""
-        rows, columns = self.grid.shape[:2]
-        j, i = np.floor((np.asarray(pixels, np.float64) + 0.5) / self.step_px).astype(np.intp).T
-        seen = self.grid[np.clip(i, 0, rows - 1), np.clip(j, 0, columns - 1)].astype(np.float64)
-        middle = np.column_stack((np.clip(j, 0, columns - 1), np.clip(i, 0, rows - 1))) * self.step_px
-        own, centre = (self.camera.lift(p, np.ones(len(p))) for p in (pixels, middle + self.step_px // 2))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            along = np.einsum("ki,ki->k", seen[:, 1:4], centre) / np.einsum("ki,ki->k", seen[:, 1:4], own)
-        usable = (seen[:, 0] > 0) & (along > 0.8) & (along < 1.25)  # beyond, the pixel sees the plane too flat
-        return np.where(usable, seen[:, 0] * along, np.nan)
-
 
 @stage("noise")
 def noise_of(planes: DepthPlanes | None, config: NoiseConfig) -> DepthNoise:
