@@ -136,6 +136,11 @@ class Candidate:
     """log10 of the motions with so many agreeing visual matches to be expected by chance, among all that were tried."""
 
     @property
+    def match_log10_p(self) -> float:
+        """log10 of the probability that the matches of both kinds agree so by chance."""
+        return log10_joint((self.visual_tail, self.geometric_tail))
+
+    @property
     def match_tail(self) -> float:
         """log10 P of the agreement of both kinds of matches."""
         return self.visual_tail + self.geometric_tail
@@ -159,7 +164,7 @@ class Candidate:
             visual_inliers=int(np.count_nonzero(self.visual_inliers)),
             geometric_inliers=int(np.count_nonzero(self.geometric_inliers)),
             visual_log10_nfa=self.visual_log10_nfa,
-            match_log10_p=log10_joint((self.visual_tail, self.geometric_tail)),
+            match_log10_p=self.match_log10_p,
             overlap=self.agreement.overlap,
             consistency=self.agreement.consistency,
             conflict=self.agreement.conflict,

@@ -77,6 +77,7 @@ class Check(Generic[_Subject]):
             return 1.0
         if self.bound != "at least":
             beyond = 1 - value / limit if limit > 0 else float(value <= limit)
+            beyond = max(1 - limit / value, 0.0) if limit < 0 and value < 0 else beyond
         elif math.isnan(self.best):
             beyond = 1 - limit / value if value > 0 else 0.0
         else:
@@ -189,8 +190,8 @@ ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
     Check(
         Reason.AMBIGUOUS, "lead_log10", lambda e: e.lead_log10,
         "at least", lambda e, config: -_log10_level(e, config), "acceptance.max_false_alarms",
-        "a different motion explains surfaces and matches nearly as well: the answer is 10^{value:.1f} times less likely "
-        "by chance, expected at least 10^{limit:.1f}",
+        "a different motion explains surfaces and matches nearly as well: the answer is 10^{value:.1f} times less "
+        "likely by chance, expected at least 10^{limit:.1f}",
     ),
     Check(
         Reason.AMBIGUOUS, "repeated_shift_m", lambda e: e.repeated_shift_m,

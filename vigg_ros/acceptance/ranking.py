@@ -22,6 +22,7 @@ from vigg_ros.acceptance.agreement import (
 )
 from vigg_ros.acceptance.aliases import aliases
 from vigg_ros.acceptance.checks import answer_objection, is_visually_borne, surfaces_allow
+from vigg_ros.acceptance.limits import MAX_CONFLICT_BY_SHAPES, MAX_MATCH_LOG10_P
 from vigg_ros.acceptance.repetition import repeated_motion
 from vigg_ros.acceptance.significance import log10_joint, log10_tail
 from vigg_ros.registration.cliques import Hypotheses, differ
@@ -79,9 +80,14 @@ def needed_log10(config: Config) -> float:
 
 def best_and_competitors(candidates: list[Candidate], config: Config) -> list[Candidate]:
     """The best supported candidate, and the different ones that the surfaces allow, best first."""
-    ranked = sorted(candidates, key=lambda candidate: -candidate.support)
+    ranked = sorted(candidates, key=_rank)
     others = [c for c in ranked[1:] if _differ(c, ranked[0], config) and surfaces_allow(c.agreement, config)]
     return [ranked[0], *others[:MAX_COMPETITORS]]
+
+
+def _rank(candidate: Candidate) -> tuple[bool, float]:
+    """Sorts by support, but those that matches speak for first: surfaces alone coincide nearly everywhere."""
+    return candidate.match_log10_p > MAX_MATCH_LOG10_P.value, -candidate.support
 
 
 def _differ(one: Candidate, other: Candidate, config: Config) -> bool:
@@ -100,10 +106,21 @@ def has_decisive_winner(pair: Pair, few: Hypotheses) -> bool:
     return len(few) == 1 or visual_false_alarms(pair, few.T_target_source[1], inliers[1] & ~inliers[0]) > level
 
 
+def images_show_another(answer: Registration, candidates: Sequence[Candidate], config: Config) -> bool:
+    """Whether visual matches show a motion beyond chance that an answer by shapes is not: then two things move."""
+    if not config.acceptance.enabled or is_visually_borne(answer.evidence, config):
+        return False
+    threshold_m, level = config.cliques.inlier_threshold_m, -needed_log10(config)
+    return any(
+        candidate.visual_log10_nfa <= level and differ(candidate.T_target_source, answer.T_target_source, threshold_m)
+        for candidate in candidates
+    )
+
+
 def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rejection:
     """The best supported fit as the answer, or the first objection to it; see ``checks``."""
     candidates = [assess(pair, fit.T_target_source) for fit in fits]
-    best = max(range(len(fits)), key=lambda i: candidates[i].support)
+    best = min(range(len(fits)), key=lambda i: _rank(candidates[i]))
     candidate, fit = candidates[best], fits[best]
     sigma_m, sigma_deg = _motion_sigma(fit)
     evidence = replace(
@@ -117,7 +134,7 @@ def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rej
     )
     if not pair.config.acceptance.enabled:
         return _verdict(pair, candidate, fit, evidence)
-    if is_visually_borne(evidence, pair.config):
+    if is_visually_borne(evidence, pair.config) and evidence.conflict <= MAX_CONFLICT_BY_SHAPES.value:
         evidence = replace(evidence, repeated_shift_m=_repeated_shift_m(pair, candidate))
     elif answer_objection(replace(evidence, log10_nfa=-math.inf), pair.config) is None:
         evidence = _with_doubt(pair, candidate, candidates, evidence)
@@ -140,14 +157,23 @@ def _with_doubt(pair: Pair, candidate: Candidate, others: list[Candidate], evide
     chances = np.maximum(seen / max(float(seen.sum()), 1e-9), MIN_CHANCE)
     near = sorted(tried, key=lambda alias: sum(alias.tails(chances)))[:MAX_COMPETITORS]
     refined = [assess(pair, fit.T_target_source) for fit in polish(pair, [alias.T_target_source for alias in near])]
-    tails = candidate.tails(chances)
     rivals = [c for c in (*others, *refined) if _differ(c, candidate, pair.config)]
-    lead = min((sum(rival.tails(chances)) - sum(tails) for rival in rivals), default=math.inf)
+    tests = math.log10(max(evidence.hypotheses, 1))
+    nfa = [tests + log10_joint(c.tails(chances)) for c in (candidate, *rivals)]
+    correlation = photometric_correlation(pair, candidate.T_target_source)
+    lead = evidence.lead_log10
+    for rival, rival_nfa in zip(rivals, nfa[1:], strict=True):
+        lead = min(lead, sum(rival.tails(chances)) - sum(candidate.tails(chances)))
+        is_sound = rival_nfa <= -needed_log10(pair.config) and surfaces_allow(rival.agreement, pair.config)
+        # Matches of what repeats choose one of the copies together; the images must not prefer another one.
+        if is_sound and rival.agreement.conflict <= MAX_CONFLICT_BY_SHAPES.value:
+            shown = photometric_correlation(pair, rival.T_target_source)
+            lead = min(lead, 0.0) if shown >= correlation else lead
     return replace(
         evidence,
-        log10_nfa=math.log10(max(evidence.hypotheses, 1)) + log10_joint(tails),
+        log10_nfa=min(evidence.visual_log10_nfa, nfa[0]),
         lead_log10=lead,
-        photometric_correlation=photometric_correlation(pair, candidate.T_target_source),
+        photometric_correlation=correlation,
         repeated_shift_m=_repeated_shift_m(pair, candidate),
     )
 

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How likely an agreement is by chance: the number of false alarms of the a-contrario method.
 
-Desolneux, Moisan and Morel (2000); for motions Moisan and Stival (2004). If n matches were wrong, each would still agree
-with a motion with some probability p. The expected number of motions, among all that were tried, with which k or more
-of n agree by chance is the number of false alarms, NFA = tests * P(at least k of n). It needs no threshold on shares:
-p is measured in the two frames themselves, with pairings that are wrong by construction, so it knows how far the
-matches spread, how they crowd, and how wide the radius is.
+Desolneux, Moisan and Morel (2000); for motions Moisan and Stival (2004). If n matches were wrong, each would agree with
+a motion with some probability p all the same. The number of motions, among all that were tried, with which k or more of
+n are expected to agree by chance is the number of false alarms, NFA = tests * P(at least k of n). It needs no threshold
+on shares: p is measured in the two frames themselves, with pairings that are wrong by construction, so it knows how far
+the matches spread, how they crowd, and how wide the radius is.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def log10_triples(trials: float) -> float:
 def wrong_pairings(matches: Matches, times: int = WRONG_PAIRINGS) -> Matches:
     """Each source point against the target points of other matches: what agrees among these agrees by chance."""
     count = len(matches)
-    shifts = np.unique(np.linspace(1, max(count - 1, 1), times).astype(np.int64)) if count > 1 else np.empty(0, np.int64)
+    shifts = np.unique(np.linspace(1, max(count - 1, 1), times).astype(np.int64))[: max(count - 1, 0)]
     source = np.tile(np.arange(count), len(shifts))
     target = (source + np.repeat(shifts, count)) % max(count, 1)
     return Matches(

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vigg_ros.acceptance.agreement import Pair, sights
+from vigg_ros.acceptance.agreement import Pair, Sight, sights
+from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import DepthMap
 
@@ -52,17 +53,14 @@ def is_possible(pair: Pair) -> bool:
 def region_of(pair: Pair, T_target_source: NDArray[np.float64], *, coinciding: bool) -> Region:
     """Where the surfaces coincide under a motion, or where they contradict it."""
     forward, backward = sights(pair, T_target_source)
-    source, source_share = _cells(pair.source.frame, pair.source.patches.points, forward.row, forward.kinds(), coinciding)
-    target, target_share = _cells(
-        pair.target.frame, pair.target.patches.points, backward.row, backward.kinds(), coinciding
-    )
+    source, source_share = _cells(pair.source, forward, coinciding=coinciding)
+    target, target_share = _cells(pair.target, backward, coinciding=coinciding)
     return Region(target, source, max(source_share, target_share))
 
 
-def _cells(
-    frame: Frame, patches: NDArray[np.float32], row: NDArray[np.int64], kinds: NDArray[np.bool_], coinciding: bool
-) -> tuple[NDArray[np.bool_], float]:
+def _cells(features: Features, sight: Sight, *, coinciding: bool) -> tuple[NDArray[np.bool_], float]:
     """Cells (h, w) of the image whose surface is of a kind, and their share of those with depth."""
+    frame, patches, kinds = features.frame, features.patches.points, sight.kinds()
     assert isinstance(frame.geometry, DepthMap)
     height, width = frame.geometry.depth_m.shape
     step = max(width // COLUMNS, 1)
@@ -71,7 +69,7 @@ def _cells(
     points = frame.points_at(np.column_stack((u.ravel(), v.ravel())).astype(np.float64))
     known = np.isfinite(points).all(axis=1)
     is_one = np.zeros(len(patches), bool)
-    is_one[row] = kinds[0] if coinciding else kinds[1] | kinds[2]
+    is_one[sight.row] = kinds[0] if coinciding else kinds[1] | kinds[2]
     cells = np.zeros(len(points), np.uint8)
     cells[known] = is_one[cKDTree(patches).query(points[known])[1]]
     square = np.ones((3, 3), np.uint8)
@@ -79,7 +77,7 @@ def _cells(
     count, label, stats, _ = cv2.connectedComponentsWithStats(cv2.morphologyEx(closed, cv2.MORPH_OPEN, square))
     large = [i for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= MIN_REGION_SHARE * cells.size]
     region = np.isin(label, large)
-    share = np.count_nonzero(region & known.reshape(shape)) / max(np.count_nonzero(known), 1)
+    share = int(np.count_nonzero(region & known.reshape(shape))) / max(int(np.count_nonzero(known)), 1)
     return cv2.dilate(region.astype(np.uint8), square).astype(bool), share
 
 

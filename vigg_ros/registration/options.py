@@ -159,7 +159,7 @@ class AcceptanceConfig:
         1e-3,
         "false alarms per registration: how often chance may show as much as speaks for an answer; lower to be surer, "
         "higher for more answers",
-        low=1e-30, high=1.0,
+        low=1e-300, high=1.0,
     )
 
 

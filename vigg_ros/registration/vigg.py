@@ -12,6 +12,7 @@ from vigg_ros.acceptance.ranking import (
     best_and_competitors,
     by_significance,
     has_decisive_winner,
+    images_show_another,
     judge,
     needed_log10,
     polish,
@@ -97,7 +98,11 @@ def align_by_all(pair: Pair, evidence: Evidence) -> Outcome:
     if objection:
         return Rejection(*objection, evidence)
     best = best_and_competitors(candidates, pair.config)
-    return judge(pair, polish(pair, [candidate.T_target_source for candidate in best]), evidence)
+    outcome = judge(pair, polish(pair, [candidate.T_target_source for candidate in best]), evidence)
+    if isinstance(outcome, Registration) and images_show_another(outcome, candidates, pair.config):
+        what = "the visual matches show another motion beyond chance, expected none besides an answer by shapes"
+        return Rejection(Reason.CONFLICT, what, outcome.evidence)
+    return outcome
 
 
 def align_static_part(target: Features, source: Features, config: Config, refused: Rejection) -> Outcome:
@@ -114,11 +119,11 @@ def align_static_part(target: Features, source: Features, config: Config, refuse
     seen = by_significance(pair, propose(visual, no_matches(), config.cliques))
     if not len(seen) or not is_possible(pair):
         return refused
-    first = assess(pair, polish(pair, seen.T_target_source[:1])[0].T_target_source)
+    first = assess(pair, polish(pair, [seen.T_target_source[0]])[0].T_target_source)
     if not is_visually_borne(first.described_by(Evidence()), config):
         return refused
     evidence = Evidence(keypoints=len(source.keypoints))
-    answers = {first.agreement.overlap * (len(target.patches) + len(source.patches)): refused}
+    answers: dict[float, Outcome] = {first.agreement.overlap * (len(target.patches) + len(source.patches)): refused}
     for coinciding in (True, False):
         region = region_of(pair, first.T_target_source, coinciding=coinciding)
         if not 0.0 < region.share < MAX_MOVING_SHARE:
