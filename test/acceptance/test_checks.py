@@ -24,7 +24,8 @@ from vigg_ros.tracking.columns import COLUMNS
 CONFIG = Config()
 SOUND = Evidence(
     keypoints=500, visual_matches=100, geometric_matches=200, hypotheses=50, candidates=3, visual_inliers=60,
-    geometric_inliers=80, visual_log10_nfa=-40.0, match_log10_p=-60.0, log10_nfa=-40.0, surface_pairs=4000, rmse_m=0.004, motion_sigma_m=0.002, motion_sigma_deg=0.1,
+    geometric_inliers=80, visual_log10_nfa=-40.0, match_log10_p=-60.0, log10_nfa=-40.0,
+    surface_pairs=4000, rmse_m=0.004, motion_sigma_m=0.002, motion_sigma_deg=0.1,
     overlap=0.7, consistency=0.95, conflict=0.01, lead_log10=30.0,
 )  # fmt: skip
 SETTABLE = [check for check in (*SEARCH_CHECKS, *ANSWER_CHECKS) if not math.isinf(check.limit(SOUND, CONFIG))]

@@ -62,7 +62,7 @@ def verdict(monkeypatch, *fits, config=CONFIG, alike=0.7, repeated=None, slid=No
     monkeypatch.setattr(ranking, "polish", lambda pair, motions: [fit(by_motion[T.tobytes()]) for T in motions])
     preferred = fits[0][0].T_target_source
     monkeypatch.setattr(
-        ranking, "photometric_correlation", lambda pair, T: alike if (T == preferred).all() else alike - unlike
+        ranking, "photometric_correlation", lambda pair, T: alike if (preferred == T).all() else alike - unlike
     )
     monkeypatch.setattr(ranking, "repeated_motion", lambda pair, T: repeated)
     monkeypatch.setattr(ranking, "assess", lambda pair, T: by_motion[T.tobytes()])

@@ -124,7 +124,7 @@ def test_rooms_without_paint_are_refused(scene: Scene) -> None:
 
 
 def test_more_by_chance_than_is_allowed(studio: Studio) -> None:
-    pair = studio.pair((looking(), looking((0.1, 0.1, 0))))
+    pair = studio.pair((looking(), looking((0, 0.5, 0), (0, 1, 0))))
     config = CONFIG.replace({"acceptance.max_false_alarms": 1e-300})
     found = rejected(register(*pair, config), Reason.TOO_FEW_INLIERS)
     assert "expected at most 10^-300" in found.message

@@ -133,7 +133,7 @@ class Candidate:
     """log10 P that as many visual matches agree by chance."""
     geometric_tail: float = 0.0
     visual_log10_nfa: float = 0.0
-    """log10 of the motions with so many agreeing visual matches to be expected by chance, among all that were tried."""
+    """log10 of the number of motions, of all that were tried, on which so many visual matches agree by chance."""
 
     @property
     def match_log10_p(self) -> float:
@@ -146,7 +146,7 @@ class Candidate:
         return self.visual_tail + self.geometric_tail
 
     def tails(self, chances: NDArray[np.float64]) -> tuple[float, float, float]:
-        """log10 P of what visual matches, geometric ones and surfaces show, given the chances (3,) of ``seen_cells``."""
+        """log10 P of what visual and geometric matches and surfaces show; chances (3,) of ``seen_cells``."""
         count = float(self.seen_cells.sum())
         share = self.seen_cells / max(count, 1e-9)
         surface = float(log10_type_probability(share, count, chances)) if share[0] > chances[0] else 0.0
