@@ -64,6 +64,7 @@ def verdict(monkeypatch, *fits, config=CONFIG, alike=0.7, repeated=None, slid=No
     monkeypatch.setattr(
         ranking, "photometric_correlation", lambda pair, T: alike if (preferred == T).all() else alike - unlike
     )
+    monkeypatch.setattr(ranking, "seen_cells", lambda pair, T: by_motion[T.tobytes()].seen_cells)
     monkeypatch.setattr(ranking, "repeated_motion", lambda pair, T: repeated)
     monkeypatch.setattr(ranking, "assess", lambda pair, T: by_motion[T.tobytes()])
     points, rows = np.random.default_rng(0).uniform(-2, 2, (VISUAL, 3)), np.arange(VISUAL)

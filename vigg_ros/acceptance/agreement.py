@@ -147,10 +147,7 @@ class Candidate:
 
     def tails(self, chances: NDArray[np.float64]) -> tuple[float, float, float]:
         """log10 P of what visual and geometric matches and surfaces show; chances (3,) of ``seen_cells``."""
-        count = float(self.seen_cells.sum())
-        share = self.seen_cells / max(count, 1e-9)
-        surface = float(log10_type_probability(share, count, chances)) if share[0] > chances[0] else 0.0
-        return self.visual_tail, self.geometric_tail, surface
+        return self.visual_tail, self.geometric_tail, surface_tail(self.seen_cells, chances)
 
     @property
     def inliers(self) -> int:
@@ -191,6 +188,13 @@ def agreement(behind_m: NDArray[np.float64], tolerance_m: NDArray[np.float64]) -
     return Agreement(float(np.mean(on_it)), float(np.mean(in_front)), float(np.mean(hidden)))
 
 
+def surface_tail(cells: NDArray[np.float64], chances: NDArray[np.float64]) -> float:
+    """log10 P of the places of cells of surface (3,) by chance; 0 where no more coincide than chance lets expect."""
+    count = float(cells.sum())
+    shares = cells / max(count, 1e-9)
+    return float(log10_type_probability(shares, count, chances)) if shares[0] > chances[0] else 0.0
+
+
 def _match_weights(matches: Matches, cell_m: float) -> NDArray[np.float64]:
     """Matches whose points lie in the same cell in both frames count as one."""
     return cell_weights(np.hstack((matches.source, matches.target)), cell_m)
@@ -201,8 +205,6 @@ def assess(pair: Pair, T_target_source: NDArray[np.float64]) -> Candidate:
     """How the two frames agree under a motion: surfaces, free space, matches."""
     seen = sights(pair, T_target_source)
     forward, backward = (agreement(sight.behind_m, sight.tolerance_m) for sight in seen)
-    weights = pair.patch_weights[1][seen[0].row], pair.patch_weights[0][seen[1].row]
-    cells = [w * sight.kinds() for sight, w in zip(seen, weights, strict=True)]
     mean = Agreement(
         overlap=(forward.overlap + backward.overlap) / 2,
         in_front=(forward.in_front + backward.in_front) / 2,
@@ -213,13 +215,26 @@ def assess(pair: Pair, T_target_source: NDArray[np.float64]) -> Candidate:
     agreeing, trials = float(visual @ pair.visual_weights), float(pair.visual_weights.sum())
     return Candidate(
         T_target_source, mean, visual, geometric,
-        seen_cells=sum(c.sum(axis=1) for c in cells) / 2,
+        seen_cells=_count_cells(pair, seen),
         visual_tail=float(log10_tail(agreeing, trials, visual_chance)),
         geometric_tail=float(
             log10_tail(geometric @ pair.geometric_weights, float(pair.geometric_weights.sum()), geometric_chance)
         ),
         visual_log10_nfa=_visual_log10_nfa(agreeing, trials, visual_chance),
     )
+
+
+def _count_cells(pair: Pair, seen: tuple[Sight, Sight]) -> NDArray[np.float64]:
+    forward, backward = (
+        sight.kinds() @ weights[sight.row] for sight, weights in zip(seen, pair.patch_weights[::-1], strict=True)
+    )
+    return np.asarray((forward + backward) / 2)
+
+
+@stage("aliases")
+def seen_cells(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Independent cells of surface (3,) that coincide, lie in free space, and are hidden under a motion."""
+    return _count_cells(pair, sights(pair, T_target_source))
 
 
 def visual_false_alarms(pair: Pair, T_target_source: NDArray[np.float64], inliers: NDArray[np.bool_]) -> float:

@@ -18,6 +18,8 @@ from vigg_ros.acceptance.agreement import (
     chances_of,
     inliers_of,
     photometric_correlation,
+    seen_cells,
+    surface_tail,
     visual_false_alarms,
 )
 from vigg_ros.acceptance.aliases import aliases
@@ -32,8 +34,8 @@ from vigg_ros.registration.refinement import Fit, refine
 from vigg_ros.registration.result import Evidence, Registration, Rejection
 from vigg_ros.registration.stages import stage
 
-MAX_COMPETITORS = 3
-"""Competitors refined to the end; many of them are the same answer, not yet converged."""
+MAX_COMPETITORS = 2
+"""Competitors refined to the end, of the candidates and of the aliases each."""
 
 CHANCE_SAMPLES = 8
 """Hypotheses at which chance is measured to rank all of them: it depends little on the motion."""
@@ -151,12 +153,12 @@ def _verdict(pair: Pair, candidate: Candidate, fit: Fit, evidence: Evidence) -> 
 
 def _with_doubt(pair: Pair, candidate: Candidate, others: list[Candidate], evidence: Evidence) -> Evidence:
     """The evidence for an answer that images alone do not carry: against what its aliases show."""
-    tried = [assess(pair, T) for T in aliases(pair, candidate.T_target_source)]
-    tried = [alias for alias in tried if _differ(alias, candidate, pair.config)]
-    seen = np.sum([alias.seen_cells for alias in tried], axis=0)
-    chances = np.maximum(seen / max(float(seen.sum()), 1e-9), MIN_CHANCE)
-    near = sorted(tried, key=lambda alias: sum(alias.tails(chances)))[:MAX_COMPETITORS]
-    refined = [assess(pair, fit.T_target_source) for fit in polish(pair, [alias.T_target_source for alias in near])]
+    threshold_m = pair.config.cliques.inlier_threshold_m
+    tried = [T for T in aliases(pair, candidate.T_target_source) if differ(T, candidate.T_target_source, threshold_m)]
+    cells = np.array([seen_cells(pair, T) for T in tried])
+    chances = np.maximum(cells.sum(axis=0) / max(float(cells.sum()), 1e-9), MIN_CHANCE)
+    nearest = np.argsort([surface_tail(cell, chances) for cell in cells], kind="stable")[:MAX_COMPETITORS]
+    refined = [assess(pair, fit.T_target_source) for fit in polish(pair, [tried[i] for i in nearest])]
     rivals = [c for c in (*others, *refined) if _differ(c, candidate, pair.config)]
     tests = math.log10(max(evidence.hypotheses, 1))
     nfa = [tests + log10_joint(c.tails(chances)) for c in (candidate, *rivals)]
