@@ -50,8 +50,13 @@ def register(target: Features, source: Features, config: Config) -> Outcome:
         return Rejection(Reason.TIMEOUT, str(overrun), evidence)
 
 
-def align(target: Features, source: Features, config: Config, evidence: Evidence) -> Outcome:
-    """The algorithm: by the images where they leave no doubt, else by images and shapes together."""
+def align(
+    target: Features, source: Features, config: Config, evidence: Evidence, *, is_part: bool = False
+) -> Outcome:
+    """The algorithm: by the images where they leave no doubt, else by images and shapes together.
+
+    ``is_part`` where the part of the view that moves as another motion was taken out: its rims still show that one.
+    """
     objection = frame_objection(target, source, config)
     if objection:
         return Rejection(*objection, evidence)
@@ -62,7 +67,7 @@ def align(target: Features, source: Features, config: Config, evidence: Evidence
             return answer
     visual = match_visual(target.fine_keypoints, source.fine_keypoints, config.visual)  # C_vis
     geometric = match_global(target.landmarks, source.landmarks, config.geometric, seed=config.seed)  # C_geo
-    return align_by_all(Pair(target, source, visual, geometric, config, in_full=True), evidence)
+    return align_by_all(Pair(target, source, visual, geometric, config, in_full=True), evidence, is_part=is_part)
 
 
 def align_by_images(pair: Pair, evidence: Evidence) -> Registration | None:
@@ -83,7 +88,7 @@ def align_by_images(pair: Pair, evidence: Evidence) -> Registration | None:
     return outcome
 
 
-def align_by_all(pair: Pair, evidence: Evidence) -> Outcome:
+def align_by_all(pair: Pair, evidence: Evidence, *, is_part: bool = False) -> Outcome:
     """The answer by mutual guidance of visual and geometric matches."""
     hypotheses = propose(pair.visual, pair.geometric, pair.config.cliques)  # GVCA
     candidates = follow(pair, hypotheses)  # VGM
@@ -99,7 +104,7 @@ def align_by_all(pair: Pair, evidence: Evidence) -> Outcome:
         return Rejection(*objection, evidence)
     best = best_and_competitors(candidates, pair.config)
     outcome = judge(pair, polish(pair, [candidate.T_target_source for candidate in best]), evidence)
-    if isinstance(outcome, Registration) and images_show_another(outcome, candidates, pair.config):
+    if isinstance(outcome, Registration) and not is_part and images_show_another(outcome, candidates, pair.config):
         what = "the visual matches show another motion beyond chance, expected none besides an answer by shapes"
         return Rejection(Reason.CONFLICT, what, outcome.evidence)
     return outcome
@@ -129,7 +134,7 @@ def align_static_part(target: Features, source: Features, config: Config, refuse
         if not 0.0 < region.share < MAX_MOVING_SHARE:
             continue
         rest = [extract(frame, config) for frame in region.removed_from(pair)]
-        outcome = align(rest[0], rest[1], config, evidence)
+        outcome = align(rest[0], rest[1], config, evidence, is_part=True)
         if isinstance(outcome, Registration):
             is_other = differ(outcome.T_target_source, first.T_target_source, config.cliques.inlier_threshold_m)
             if is_other == coinciding and (is_other or is_visually_borne(outcome.evidence, config)):
