@@ -27,6 +27,7 @@ from vigg_ros.acceptance.checks import answer_objection, is_visually_borne, surf
 from vigg_ros.acceptance.limits import MAX_CONFLICT_BY_SHAPES, MAX_MATCH_LOG10_P
 from vigg_ros.acceptance.repetition import repeated_motion
 from vigg_ros.acceptance.significance import log10_joint, log10_tail
+from vigg_ros.acceptance.static_part import MAX_MOVING_SHARE, is_possible, region_of
 from vigg_ros.registration.cliques import Hypotheses, differ
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.geometric import sample
@@ -108,15 +109,20 @@ def has_decisive_winner(pair: Pair, few: Hypotheses) -> bool:
     return len(few) == 1 or visual_false_alarms(pair, few.T_target_source[1], inliers[1] & ~inliers[0]) > level
 
 
-def images_show_another(answer: Registration, candidates: Sequence[Candidate], config: Config) -> bool:
-    """Whether visual matches show a motion beyond chance that an answer by shapes is not: then two things move."""
+def images_show_another(answer: Registration, candidates: Sequence[Candidate], pair: Pair) -> bool:
+    """Whether visual matches show, beyond chance, that most of the view moves otherwise than an answer by shapes."""
+    config = pair.config
     if not config.acceptance.enabled or is_visually_borne(answer.evidence, config):
         return False
     threshold_m, level = config.cliques.inlier_threshold_m, -needed_log10(config)
-    return any(
-        candidate.visual_log10_nfa <= level and differ(candidate.T_target_source, answer.T_target_source, threshold_m)
-        for candidate in candidates
-    )
+    others = [
+        candidate.T_target_source for candidate in candidates
+        if candidate.visual_log10_nfa <= level
+        and differ(candidate.T_target_source, answer.T_target_source, threshold_m)
+    ]
+    if not is_possible(pair):
+        return bool(others)
+    return any(region_of(pair, T, coinciding=True).share >= MAX_MOVING_SHARE for T in others)
 
 
 def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rejection:

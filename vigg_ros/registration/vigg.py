@@ -104,8 +104,8 @@ def align_by_all(pair: Pair, evidence: Evidence, *, is_part: bool = False) -> Ou
         return Rejection(*objection, evidence)
     best = best_and_competitors(candidates, pair.config)
     outcome = judge(pair, polish(pair, [candidate.T_target_source for candidate in best]), evidence)
-    if isinstance(outcome, Registration) and not is_part and images_show_another(outcome, candidates, pair.config):
-        what = "the visual matches show another motion beyond chance, expected none besides an answer by shapes"
+    if isinstance(outcome, Registration) and not is_part and images_show_another(outcome, candidates, pair):
+        what = "the images show, beyond chance, that most of the view moves otherwise, expected the answer"
         return Rejection(Reason.CONFLICT, what, outcome.evidence)
     return outcome
 
