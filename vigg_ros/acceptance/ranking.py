@@ -112,7 +112,7 @@ def has_decisive_winner(pair: Pair, few: Hypotheses) -> bool:
 def images_show_another(answer: Registration, candidates: Sequence[Candidate], pair: Pair) -> bool:
     """Whether visual matches show, beyond chance, that most of the view moves otherwise than an answer by shapes."""
     config = pair.config
-    if not config.acceptance.enabled or is_visually_borne(answer.evidence, config):
+    if not (config.acceptance.enabled and is_possible(pair)) or is_visually_borne(answer.evidence, config):
         return False
     threshold_m, level = config.cliques.inlier_threshold_m, -needed_log10(config)
     others = [
@@ -120,8 +120,6 @@ def images_show_another(answer: Registration, candidates: Sequence[Candidate], p
         if candidate.visual_log10_nfa <= level
         and differ(candidate.T_target_source, answer.T_target_source, threshold_m)
     ]
-    if not is_possible(pair):
-        return bool(others)
     return any(region_of(pair, T, coinciding=True).share >= MAX_MOVING_SHARE for T in others)
 
 
