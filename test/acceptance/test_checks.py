@@ -24,16 +24,15 @@ from vigg_ros.tracking.columns import COLUMNS
 CONFIG = Config()
 SOUND = Evidence(
     keypoints=500, visual_matches=100, geometric_matches=200, hypotheses=50, candidates=3, visual_inliers=60,
-    geometric_inliers=80, match_share=1.0, surface_pairs=4000, rmse_m=0.004, motion_sigma_m=0.002, motion_sigma_deg=0.1,
-    overlap=0.7, consistency=0.95, conflict=0.01, runner_up=0.1,
+    geometric_inliers=80, visual_log10_nfa=-40.0, match_log10_p=-60.0, log10_nfa=-40.0,
+    surface_pairs=4000, rmse_m=0.004, motion_sigma_m=0.002, motion_sigma_deg=0.1,
+    overlap=0.7, consistency=0.95, conflict=0.01, lead_log10=30.0,
 )  # fmt: skip
 SETTABLE = [check for check in (*SEARCH_CHECKS, *ANSWER_CHECKS) if not math.isinf(check.limit(SOUND, CONFIG))]
 
 
 def showing(check, value):
     """The sound evidence, but for what this check measures."""
-    if check.measured == "inliers":
-        return dataclasses.replace(SOUND, visual_inliers=int(value), geometric_inliers=0)
     return dataclasses.replace(SOUND, **{check.measured: value})
 
 
@@ -84,7 +83,7 @@ def test_every_reason_is_given_by_a_check_or_by_the_clock_and_is_explained():
 def test_every_figure_that_a_check_measures_is_in_the_table():
     names = {column.name for column in COLUMNS}
     assert {field.name for field in dataclasses.fields(Evidence)} <= names
-    assert {check.measured for check in ANSWER_CHECKS} - {"inliers"} <= names, "inliers: visual and geometric ones"
+    assert {check.measured for check in ANSWER_CHECKS} <= names
 
 
 def test_where_a_limit_is_set_exists():

@@ -13,9 +13,8 @@ from vigg_ros.acceptance.checks import is_supported
 from vigg_ros.acceptance.ranking import (
     MAX_COMPETITORS,
     best_and_competitors,
-    competition,
+    by_significance,
     has_decisive_winner,
-    is_decisive,
     judge,
 )
 from vigg_ros.registration import Config, Evidence, Reason, Registration, Rejection
@@ -33,13 +32,20 @@ def mask(count, of):
     return np.arange(of) < count
 
 
-def candidate(x=0.0, *, overlap=0.6, in_front=0.02, hidden=0.05, visual=60, geometric=80):
-    """A sound answer, but for what is said."""
+def candidate(x=0.0, *, overlap=0.6, in_front=0.02, hidden=0.05, visual=60, geometric=80, first=0, cells=30):
+    """A sound answer, but for what is said; half a decade speaks for it with each match, after the first six.
+
+    The visual matches that agree begin with this one.
+    """
     return Candidate(
         motion((0, 0, 0), (x, 0, 0)),
         Agreement(overlap, in_front, hidden),
-        mask(visual, VISUAL),
+        np.roll(mask(visual, VISUAL), first),
         mask(geometric, GEOMETRIC),
+        seen_cells=cells * np.array((overlap, in_front, hidden)),
+        visual_tail=-0.5 * max(visual - 6, 0),
+        geometric_tail=-0.5 * max(geometric - 6, 0),
+        visual_log10_nfa=5 - 0.5 * visual,
     )
 
 
@@ -48,13 +54,20 @@ def fit(of, *, deviation_m=0.002, deviation_deg=0.1, pairs=4000):
     return Fit(of.T_target_source, np.diag(deviations**2), 0.01, pairs)
 
 
-def verdict(monkeypatch, *fits, config=CONFIG, alike=0.7, repeated=None, seen=None):
+def verdict(monkeypatch, *fits, config=CONFIG, alike=0.7, repeated=None, slid=None, unlike=0.1):
     """What ``judge`` says when the frames agree under each motion as the candidate says."""
-    by_motion = {one.T_target_source.tobytes(): one for one, _ in fits} | (seen or {})
-    monkeypatch.setattr(ranking, "photometric_correlation", lambda pair, T: alike)
+    slid = slid or [candidate(3.0, overlap=0.2, hidden=0.6, visual=0, geometric=0)]
+    by_motion = {one.T_target_source.tobytes(): one for one in (*(one for one, _ in fits), *slid)}
+    monkeypatch.setattr(ranking, "aliases", lambda pair, T: [one.T_target_source for one in slid])
+    monkeypatch.setattr(ranking, "polish", lambda pair, motions: [fit(by_motion[T.tobytes()]) for T in motions])
+    preferred = fits[0][0].T_target_source
+    monkeypatch.setattr(
+        ranking, "photometric_correlation", lambda pair, T: alike if (preferred == T).all() else alike - unlike
+    )
+    monkeypatch.setattr(ranking, "seen_cells", lambda pair, T: by_motion[T.tobytes()].seen_cells)
     monkeypatch.setattr(ranking, "repeated_motion", lambda pair, T: repeated)
     monkeypatch.setattr(ranking, "assess", lambda pair, T: by_motion[T.tobytes()])
-    points, rows = np.zeros((VISUAL, 3)), np.arange(VISUAL)
+    points, rows = np.random.default_rng(0).uniform(-2, 2, (VISUAL, 3)), np.arange(VISUAL)
     visual = Matches(points, points, np.ones(VISUAL), rows, 1000 + rows, np.zeros(VISUAL))
     target, source = (SimpleNamespace(keypoints=SimpleNamespace(pixels=pixels(v))) for v in (0, 1))
     pair = Pair(target, source, visual, no_matches(), config)
@@ -74,7 +87,7 @@ def test_a_sound_answer_is_given_with_its_evidence(monkeypatch):
     assert found.visual_inliers_px.tolist() == [[k, 0, k, 1] for k in range(60)]
     evidence = found.evidence
     assert (evidence.keypoints, evidence.visual_inliers, evidence.geometric_inliers) == (7, 60, 80)
-    assert (evidence.overlap, evidence.rmse_m, evidence.runner_up) == (0.6, 0.01, 0)
+    assert (evidence.overlap, evidence.rmse_m, evidence.lead_log10) == (0.6, 0.01, np.inf)
     assert evidence.consistency == pytest.approx(0.6 / 0.67)
     assert evidence.conflict == pytest.approx(0.02 / 0.62)
 
@@ -84,7 +97,7 @@ OBJECTIONS: dict[str, tuple[dict[str, float], dict[str, float], Reason]] = {
     "an angle free": ({}, {"deviation_deg": 5.1}, Reason.DEGENERATE),
     "a direction without end": ({}, {"deviation_m": np.inf}, Reason.DEGENERATE),
     "few matches": ({"visual": 3, "geometric": 4}, {}, Reason.TOO_FEW_INLIERS),
-    "few matches for so much surface": ({"visual": 0, "geometric": 8}, {}, Reason.TOO_FEW_INLIERS),
+    "few matches and little surface": ({"visual": 0, "geometric": 13, "cells": 2}, {}, Reason.TOO_FEW_INLIERS),
     "few pairs of surface": ({}, {"pairs": 99}, Reason.LOW_OVERLAP),
     "little overlap": ({"overlap": 0.09, "in_front": 0.0, "hidden": 0.0}, {}, Reason.LOW_OVERLAP),
     "much hidden": ({"hidden": 0.45}, {}, Reason.CONFLICT),
@@ -100,7 +113,8 @@ def test_each_objection_has_its_reason(shown, fitted, reason, monkeypatch):
     assert found.reason is reason
     assert "expected" in found.message or "agree" in found.message
     assert found.evidence.keypoints == 7
-    assert is_supported(poor_one.described_by(Evidence()), CONFIG) == (reason is Reason.DEGENERATE or "pairs" in fitted)
+    is_surface_sound = reason in (Reason.DEGENERATE, Reason.TOO_FEW_INLIERS) or "pairs" in fitted
+    assert is_supported(poor_one.described_by(Evidence()), CONFIG) == is_surface_sound
 
 
 @pytest.mark.parametrize(("alike", "answered"), [(0.31, True), (0.29, False), (-0.5, False), (np.nan, True)])
@@ -139,8 +153,7 @@ def test_the_best_supported_fit_is_the_answer(monkeypatch):
 )
 def test_a_repeated_motion_competes_unless_the_surfaces_know_better(shown, answered, monkeypatch):
     here, shifted = candidate(0.0), candidate(0.5, **shown)
-    seen = {shifted.T_target_source.tobytes(): shifted}
-    found = verdict(monkeypatch, (here, fit(here)), repeated=shifted.T_target_source, seen=seen)
+    found = verdict(monkeypatch, (here, fit(here)), repeated=shifted.T_target_source, slid=(shifted,))
     assert isinstance(found, Registration) == answered
     if isinstance(found, Rejection):
         assert found.reason is Reason.AMBIGUOUS
@@ -148,60 +161,99 @@ def test_a_repeated_motion_competes_unless_the_surfaces_know_better(shown, answe
 
 
 @pytest.mark.hostile("Scene: repeated texture and repeated structure: reject rather than choose wrongly")
-def test_two_answers_that_explain_as_much_are_ambiguous(monkeypatch):
-    """A step of 0 and one of 1.2 m, both with most of the surface and half of the matches."""
-    here, there = candidate(0.0, visual=50), candidate(1.2, visual=45)
-    found = verdict(monkeypatch, (here, fit(here)), (there, fit(there)))
-    assert found.reason is Reason.AMBIGUOUS
-    assert found.evidence.runner_up >= 1
-    # The same answer twice is no competitor of itself, and neither is one with a fraction of the matches.
-    for other in (candidate(0.05, visual=45), candidate(1.2, visual=10, geometric=20)):
+def test_two_motions_that_matches_of_their_own_show_are_ambiguous(monkeypatch):
+    """A step of 0 and one of 1.2 m, each with most of the surface, and 50 visual matches of which some are shared."""
+    here = candidate(0.0, visual=50)
+    for first, answered in ((50, False), (2, True)):
+        there = candidate(1.2, visual=50, first=first, overlap=0.55)
+        found = verdict(monkeypatch, (here, fit(here)), (there, fit(there)))
+        assert isinstance(found, Registration) == answered, first
+        assert answered or found.reason is Reason.AMBIGUOUS
+    # The same answer twice is no competitor of itself, nor is one that the surfaces contradict.
+    for other in (candidate(0.05, first=50, visual=50), candidate(1.2, first=50, visual=50, hidden=0.5)):
         assert isinstance(verdict(monkeypatch, (here, fit(here)), (other, fit(other))), Registration)
 
 
-def test_competition_is_the_lesser_of_surface_and_matches():
-    best = candidate(0.0)
-    # Balance 0.53 against 0.265: half, of which 0.75 are asked for. Matches 140 against 126: 0.9 of 0.6.
-    half = candidate(1.0, overlap=0.335, visual=46)
-    assert competition(half, best, CONFIG) == pytest.approx(0.5 / 0.75)
-    few = candidate(1.0, visual=2, geometric=40)
-    assert competition(few, best, CONFIG) == pytest.approx(0.3 / 0.6)
-    assert competition(candidate(1.0, overlap=0.05), best, CONFIG) == 0, "a negative balance is no support"
-    assert competition(candidate(0.29), best, CONFIG) == 0, "three thresholds apart is the same answer"
+@pytest.mark.hostile("Scene: repeated texture and repeated structure: reject rather than choose wrongly")
+@pytest.mark.parametrize(("geometric", "answered"), [(76, False), (70, True)])
+def test_an_answer_by_shapes_must_win_against_its_aliases(geometric, answered, monkeypatch):
+    """Each geometric match is half a decade; three are asked for. The alias has the same surfaces."""
+    here, slid = candidate(0.0, visual=4), candidate(0.5, visual=4, geometric=geometric)
+    elsewhere = [candidate(x, overlap=0.1, hidden=0.7, visual=0, geometric=0) for x in (2.0, 3.0, 4.0, 5.0)]
+    found = verdict(monkeypatch, (here, fit(here)), slid=(slid, *elsewhere))
+    assert isinstance(found, Registration) == answered
+    assert found.evidence.lead_log10 == pytest.approx(0.5 * (80 - geometric))
+    assert answered or found.reason is Reason.AMBIGUOUS
+
+
+@pytest.mark.hostile("Scene: repeated texture and repeated structure: reject rather than choose wrongly")
+@pytest.mark.parametrize(("unlike", "answered"), [(0.1, True), (-0.1, False), (0.0, False)])
+def test_of_two_fits_of_the_shapes_the_images_must_prefer_the_answer(unlike, answered, monkeypatch):
+    """Where shapes repeat, the matches choose one of the copies together; they do not tell which."""
+    here, slid = candidate(0.0, visual=4), candidate(1.2, visual=4, geometric=30)
+    elsewhere = [candidate(x, overlap=0.1, hidden=0.7, visual=0, geometric=0) for x in (2.0, 3.0, 4.0, 5.0)]
+    found = verdict(monkeypatch, (here, fit(here)), slid=(slid, *elsewhere), unlike=unlike)
+    assert isinstance(found, Registration) == answered
+    assert answered or found.reason is Reason.AMBIGUOUS
+
+
+def test_surfaces_that_coincide_wherever_they_are_slid_say_nothing(monkeypatch):
+    """Along a corridor, whose matches alone are too few."""
+    here = candidate(0.0, visual=3, geometric=14, in_front=0.0, hidden=0.0)
+    for shown, answered in (({"overlap": 0.6, "in_front": 0.0, "hidden": 0.0}, False), ({"overlap": 0.1}, True)):
+        slid = candidate(2.0, visual=0, geometric=0, **({"hidden": 0.6} | shown))
+        found = verdict(monkeypatch, (here, fit(here)), slid=(slid,))
+        assert isinstance(found, Registration) == answered, found
 
 
 def test_the_best_is_followed_by_its_competitors():
     best = candidate(0.0, overlap=0.7)
     competitors = [candidate(float(x), overlap=0.6 - 0.01 * x) for x in range(1, MAX_COMPETITORS + 2)]
-    lesser, twin = candidate(9.0, overlap=0.2), candidate(0.1, overlap=0.65)
-    found = best_and_competitors([lesser, *reversed(competitors), twin, best], CONFIG)
+    contradicted, twin = candidate(9.0, hidden=0.5), candidate(0.1, overlap=0.65)
+    unmatched = candidate(8.0, overlap=0.9, visual=0, geometric=3)
+    found = best_and_competitors([unmatched, contradicted, *reversed(competitors), twin, best], CONFIG)
     assert found[0] is best
     assert [one.T_target_source[0, 3] for one in found[1:]] == [1, 2, 3][:MAX_COMPETITORS]
 
 
-def hypotheses(*scores):
-    """Steps of 0, 1, 2, ... m with these scores."""
-    return Hypotheses(np.array([motion((0, 0, 0), (x, 0, 0)) for x in range(len(scores))]), np.array(scores))
+def steps(count):
+    """Hypotheses of steps of 0, 1, 2, ... m."""
+    return Hypotheses(np.array([motion((0, 0, 0), (x, 0, 0)) for x in range(count)]), np.ones(count))
+
+
+def spread(rng, count, agreeing):
+    """Matches all over a room, of which ``agreeing[x]`` agree with a step of x metres, and the others with none."""
+    source, rows = rng.uniform(-3, 3, (count, 3)), np.arange(count)
+    target, done = rng.uniform(-3, 3, (count, 3)), 0
+    for x, share in enumerate(agreeing):
+        target[done : done + share] = source[done : done + share] + (x, 0, 0)
+        done += share
+    return Matches(target, source, np.ones(count), rows, rows, np.zeros(count))
 
 
 @pytest.mark.parametrize(
-    ("agreeing", "of", "scores", "clear"),
+    ("agreeing", "of", "clear"),
     [
-        (60, 100, (5.0,), True),
-        (60, 100, (5.0, 2.9), True),
-        (60, 100, (5.0, 3.0), False),  # a competitor
-        (19, 100, (5.0,), False),  # too few
-        (20, 100, (5.0,), True),
-        (22, 150, (5.0,), False),  # of too many
-        (23, 150, (5.0,), True),
-        (0, 0, (), False),
+        ((60,), 100, True),
+        ((60, 4), 100, True),
+        ((60, 25), 100, False),  # another motion is there as well
+        ((5,), 100, False),  # as chance lets expect of so many tries
+        ((25,), 150, True),
+        ((), 100, False),
     ],
 )
-def test_only_clear_visual_evidence_spares_the_geometric_search(agreeing, of, scores, clear):
-    source, rows = np.zeros((of, 3)), np.arange(of)
-    target = np.where(mask(agreeing, of)[:, None], 0.05, 5.0) * np.ones((of, 3))
-    visual = Matches(target, source, np.ones(of), rows, rows, np.zeros(of))
-    if scores:
-        assert is_decisive(agreeing, of) == (clear or len(scores) > 1)
-    few = hypotheses(*scores) if scores else Hypotheses(np.empty((0, 4, 4)), np.empty(0))
-    assert has_decisive_winner(few, visual, CONFIG) == clear
+def test_only_clear_visual_evidence_spares_the_geometric_search(agreeing, of, clear):
+    visual = spread(np.random.default_rng(0), of, agreeing)
+    pair = Pair(None, None, visual, no_matches(), CONFIG)
+    assert has_decisive_winner(pair, steps(len(agreeing))) == clear
+
+
+def test_the_best_by_either_kind_of_matches_come_first():
+    """5 of 200 visual matches that agree drown in the sum among 20 or more of 200 geometric ones."""
+    rng = np.random.default_rng(1)
+    visual, geometric = spread(rng, 200, (0, 0, 0, 5)), spread(rng, 200, (40, 30, 20))
+    hypotheses = Hypotheses(steps(4).T_target_source[::-1].copy(), np.ones(4))
+    pair = Pair(None, None, visual, geometric, CONFIG)
+    ranked = by_significance(pair, hypotheses)
+    assert ranked.T_target_source[:, 0, 3].tolist() == [0, 3, 1, 2]
+    assert len(by_significance(pair, Hypotheses(np.empty((0, 4, 4)), np.empty(0)))) == 0

@@ -44,13 +44,13 @@ def test_the_bag_has_the_topics_of_the_node(tmp_path):
     assert odometry.child_frame_id == "camera"
     values = [{pair.key: pair.value for pair in one.values} for one in status]
     assert [one["state"] for one in values] == ["STARTED", "TRACKING", "TRACKING", "LOST", "REFUSED"]
-    assert values[1]["runner_up"] == "0"
+    assert values[1]["lead_log10"] == "30000"
     assert values[1]["photometric_correlation" if "photometric_correlation" in values[1] else "overlap"] == "0.8"
     assert (values[3]["reason"], values[4]["reason"]) == ("CONFLICT", "DEPTH_SIZE")
 
 
 def test_frames_and_messages_say_the_same(tmp_path):
-    results = [started(), tracked(1, runner_up=0.25, keyframe_stamp_ns=7), lost(2), refused(3)]
+    results = [started(), tracked(1, lead_log10=4.25, keyframe_stamp_ns=7), lost(2), refused(3)]
     write_frames(results, tmp_path / "frames.csv")
     with (tmp_path / "frames.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -59,7 +59,7 @@ def test_frames_and_messages_say_the_same(tmp_path):
             assert row[name] == {"True": "1", "False": "0"}.get(text, text)
         blank = {name for name in values_of(result) if row[name] in ("", "nan")}
         assert blank.isdisjoint(name for name, text in known_values_of(result).items() if text)
-    assert (rows[1]["runner_up"], rows[1]["keyframe_stamp_ns"], rows[1]["ms_keypoints"]) == ("0.25", "7", "20.000")
+    assert (rows[1]["lead_log10"], rows[1]["keyframe_stamp_ns"], rows[1]["ms_keypoints"]) == ("4.25", "7", "20.000")
     assert (rows[2]["reason"], rows[2]["message"]) == ("CONFLICT", "40.0% coincides, expected 60.0%")
     assert (rows[3]["state"], rows[3]["overlap"], rows[3]["ms_keypoints"]) == ("REFUSED", "", "")
 
@@ -71,6 +71,6 @@ def test_renamed_columns_keep_their_old_names_for_a_release():
 
 
 def test_messages_carry_no_figure_that_is_not_finite():
-    known = known_values_of(tracked(1, runner_up=math.nan))
-    assert "runner_up" not in known
+    known = known_values_of(tracked(1, lead_log10=math.nan))
+    assert "lead_log10" not in known
     assert all(math.isfinite(float(text)) for name, text in known.items() if name.startswith(("sigma", "over", "con")))

@@ -19,7 +19,7 @@ def running(start, tmp_path_factory):
     """A node with an integer for a real number, an option's old name, and a parameter file for another node."""
     path = tmp_path_factory.mktemp("parameters") / "other.yaml"
     path.write_text("front_camera:\n  ros__parameters:\n    geometry: points\n")
-    given = {"max_rate": 0, "geometric__max_range_m": 6, "verification__min_inliers": 8}
+    given = {"max_rate": 0, "geometric__max_range_m": 6, "verification__min_overlap": 0.1}
     return start(*depth_arguments("--params-file", str(path), **given)).wait_until_ready()
 
 
@@ -72,7 +72,7 @@ def test_a_file_for_another_node_is_noted(running):
 
 
 def test_an_old_name_is_noted_in_a_line_of_the_log(running):
-    line = running.wait_for("verification.min_inliers is called acceptance.min_inliers now", 5.0)
+    line = running.wait_for("verification.min_overlap is called acceptance.min_overlap now", 5.0)
     assert "[WARN]" in line
 
 

@@ -211,11 +211,11 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_old_name_of_a_section_works_with_a_note() -> None:
-    with pytest.warns(FutureWarning, match=r"verification\.min_inliers is called acceptance\.min_inliers now"):
-        config = Config().replace({"verification.min_inliers": 12})
-    assert config.acceptance.min_inliers == 12
+    with pytest.warns(FutureWarning, match=r"verification\.min_overlap is called acceptance\.min_overlap now"):
+        config = Config().replace({"verification.min_overlap": 0.2})
+    assert config.acceptance.min_overlap == 0.2
     with pytest.warns(FutureWarning), pytest.raises(ConfigError, match="by its old name too"):
-        Config().replace({"acceptance.min_inliers": 12, "verification.min_inliers": 13})
+        Config().replace({"acceptance.min_overlap": 0.2, "verification.min_overlap": 0.3})
 
 
 def test_the_off_of_yaml_is_a_choice_of_that_name_and_no_other(tmp_path: Path) -> None:
@@ -225,3 +225,9 @@ def test_the_off_of_yaml_is_a_choice_of_that_name_and_no_other(tmp_path: Path) -
     for changes in ({"input.own_body": True}, {"visual.detector": False}):
         with pytest.raises(ConfigError, match="expected str"):
             Config().replace(changes)
+
+
+@pytest.mark.parametrize("section", ["acceptance", "verification"])
+def test_an_option_that_is_gone_says_what_takes_its_place(section: str) -> None:
+    with pytest.raises(ConfigError, match=r"min_inliers is no option any more; acceptance\.max_false_alarms"):
+        Config().replace({f"{section}.min_inliers": 8})

@@ -174,7 +174,8 @@ def test_shapes_answer_where_the_images_hardly_share_a_view(studio: Studio) -> N
     pair = tuple(
         look_at((-0.6, 0, 1.4), (-0.6 + np.cos(angle), np.sin(angle), 1.15)) for angle in np.deg2rad((106, 148))
     )
-    found = answer(register(*studio.pair(pair, (118, 124)), CONFIG))
+    config = CONFIG.replace({"geometric.always": True})  # a dozen of 38 are beyond chance on their own
+    found = answer(register(*studio.pair(pair, (118, 124)), config))
     assert found.evidence.visual_inliers < 20 < found.evidence.geometric_inliers
     # Less surface to average over, and all of it at one side of the view.
     assert_near(found.T_target_source, truth(*pair), rotation_deg=1.0, translation_m=0.03)

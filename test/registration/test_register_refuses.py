@@ -123,12 +123,12 @@ def test_rooms_without_paint_are_refused(scene: Scene) -> None:
     rejected(register(*pair, CONFIG), Reason.NO_TEXTURE, Reason.DEGENERATE)
 
 
-def test_fewer_inliers_than_asked_for(studio: Studio) -> None:
-    pair = studio.pair((looking(), looking((0.1, 0.1, 0))))
-    config = CONFIG.replace({"acceptance.min_inliers": 1000})
+def test_more_by_chance_than_is_allowed(studio: Studio) -> None:
+    pair = studio.pair((looking(), looking((0, 0.5, 0), (0, 1, 0))))
+    config = CONFIG.replace({"acceptance.max_false_alarms": 1e-300})
     found = rejected(register(*pair, config), Reason.TOO_FEW_INLIERS)
-    assert "expected at least 1000" in found.message
-    assert 8 <= found.evidence.visual_inliers + found.evidence.geometric_inliers < 1000
+    assert "expected at most 10^-300" in found.message
+    assert -300 < found.evidence.log10_nfa < -3
 
 
 def test_less_overlap_than_asked_for(studio: Studio) -> None:

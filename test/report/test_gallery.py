@@ -93,19 +93,19 @@ def test_memory_holds_a_few_frames_however_long_the_replay():
 @pytest.mark.parametrize(
     ("evidence", "margin"),
     [
-        # Presets: overlap over 0.1, consistency over 0.6, 8 inliers; the limits of the others in acceptance/limits.py.
+        # Presets: overlap over 0.1, consistency over 0.6, NFA 1e-3; the limits of the others in acceptance/limits.py.
         ({"overlap": 0.55}, 0.5),
         ({"consistency": 0.7}, 0.25),
-        ({"visual_inliers": 4, "geometric_inliers": 6}, 0.2),
-        ({"runner_up": 0.9}, 0.1),
+        ({"log10_nfa": -6.0}, 0.5),
+        ({"match_log10_p": -2.5}, 0.2),  # of -2
+        ({"lead_log10": 4.0}, 0.25),
         ({"conflict": 0.15}, 0.25),  # of 0.2
         ({"photometric_correlation": 0.44}, 0.2),  # from 0.3 to 1
         ({"photometric_correlation": np.nan, "overlap": 0.55}, 0.5),
-        ({"match_share": 0.08}, 0.2),  # of an overlap of 0.8 0.064 are asked for
         ({"surface_pairs": 125}, 0.2),  # 100 are asked for
         ({"motion_sigma_m": 0.09}, 0.1),  # of 0.1
         ({"overlap": 0.1}, 0.0),
-        ({"overlap": 0.0, "consistency": 0.0, "visual_inliers": 0, "geometric_inliers": 0, "runner_up": 2.0}, 0.0),
+        ({"overlap": 0.0, "consistency": 0.0, "log10_nfa": 2.0, "lead_log10": 0.0}, 0.0),
     ],
 )
 def test_the_margin_is_that_of_the_weakest_evidence(evidence, margin):

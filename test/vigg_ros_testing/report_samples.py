@@ -76,9 +76,10 @@ def started(i=0, **fields):
 def tracked(i, *, state=State.TRACKING, **fields):
     """Fields of the evidence may be given too."""
     usual = {"visual_matches": 20, "visual_inliers": 12, "geometric_matches": 200, "geometric_inliers": 90}
-    usual |= {"rmse_m": 0.004, "overlap": 0.8, "consistency": 0.95, "conflict": 0.0, "runner_up": 0.0}
+    usual |= {"rmse_m": 0.004, "overlap": 0.8, "consistency": 0.95, "conflict": 0.0, "lead_log10": 3e4}
     usual |= {"photometric_correlation": float("nan")}
-    usual |= {"match_share": 1.0, "surface_pairs": 4000, "motion_sigma_m": 0.001, "motion_sigma_deg": 0.05}
+    usual |= {"visual_log10_nfa": -40.0, "log10_nfa": -3e4, "match_log10_p": -3e4}
+    usual |= {"surface_pairs": 4000, "motion_sigma_m": 0.001, "motion_sigma_deg": 0.05}
     evidence = Evidence(**{name: fields.pop(name, value) for name, value in usual.items()})
     pixels = seen()[1].pixels[:12]
     inliers = np.hstack((pixels, pixels))

@@ -13,13 +13,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar
 
+from vigg_ros.acceptance.agreement import Agreement
 from vigg_ros.acceptance.limits import (
     MAX_CONFLICT,
+    MAX_CONFLICT_BY_SHAPES,
+    MAX_MATCH_LOG10_P,
     MAX_ROTATION_SIGMA,
-    MAX_RUNNER_UP,
     MIN_KEYPOINTS,
-    MIN_MATCH_SHARE,
-    MIN_MATCH_SHARE_PER_OVERLAP,
     MIN_PATCHES,
     MIN_PHOTOMETRIC_CORRELATION,
     MIN_SURFACE_PAIRS,
@@ -77,6 +77,7 @@ class Check(Generic[_Subject]):
             return 1.0
         if self.bound != "at least":
             beyond = 1 - value / limit if limit > 0 else float(value <= limit)
+            beyond = max(1 - limit / value, 0.0) if limit < 0 and value < 0 else beyond
         elif math.isnan(self.best):
             beyond = 1 - limit / value if value > 0 else 0.0
         else:
@@ -86,6 +87,19 @@ class Check(Generic[_Subject]):
 
 def _constant(limit: Limit) -> Callable[[object, Config], float]:
     return lambda subject, config: limit.value
+
+
+def _log10_level(evidence: Evidence, config: Config) -> float:
+    return math.log10(config.acceptance.max_false_alarms)
+
+
+def is_visually_borne(evidence: Evidence, config: Config) -> bool:
+    """Whether visual matches speak for an answer beyond chance on their own."""
+    return evidence.visual_log10_nfa <= _log10_level(evidence, config)
+
+
+def _max_conflict(evidence: Evidence, config: Config) -> float:
+    return (MAX_CONFLICT if is_visually_borne(evidence, config) else MAX_CONFLICT_BY_SHAPES).value
 
 
 FRAME_CHECKS: tuple[Check[Features], ...] = (
@@ -135,16 +149,16 @@ ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
         "the rotation is known to {value:.3g} deg, expected {limit:g} deg", basic=True,
     ),
     Check(
-        Reason.TOO_FEW_INLIERS, "inliers", lambda e: e.inliers,
-        "at least", lambda e, config: config.acceptance.min_inliers, "acceptance.min_inliers",
-        "{value} matches agree, expected at least {limit}", supports=True,
+        Reason.TOO_FEW_INLIERS, "match_log10_p", lambda e: e.match_log10_p,
+        "at most", _constant(MAX_MATCH_LOG10_P), "MAX_MATCH_LOG10_P",
+        "{of.inliers} matches agree, as many as by chance with a probability of 10^{value:.1f}, expected at most "
+        "10^{limit:.1f}: floor and walls alone fit in more than one way",
     ),
     Check(
-        Reason.TOO_FEW_INLIERS, "match_share", lambda e: e.match_share,
-        "at least", lambda e, config: max(MIN_MATCH_SHARE.value, MIN_MATCH_SHARE_PER_OVERLAP.value * e.overlap),
-        "MIN_MATCH_SHARE, MIN_MATCH_SHARE_PER_OVERLAP",
-        "{of.overlap:.1%} of the surface coincides, but only {of.inliers} matches agree: "
-        "floor and walls alone fit in more than one way", supports=True,
+        Reason.TOO_FEW_INLIERS, "log10_nfa", lambda e: e.log10_nfa,
+        "at most", _log10_level, "acceptance.max_false_alarms",
+        "{of.inliers} matches agree and {of.overlap:.1%} of the surface coincides: by chance that is to be expected of "
+        "10^{value:.1f} of the motions that were tried, expected at most 10^{limit:.1f}",
     ),
     Check(
         Reason.LOW_OVERLAP, "surface_pairs", lambda e: e.surface_pairs,
@@ -162,7 +176,8 @@ ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
         "{value:.1%} of the surface that both should see coincides, expected {limit:.1%}", best=1.0, supports=True,
     ),
     Check(
-        Reason.CONFLICT, "conflict", lambda e: e.conflict, "at most", _constant(MAX_CONFLICT), "MAX_CONFLICT",
+        Reason.CONFLICT, "conflict", lambda e: e.conflict, "at most", _max_conflict,
+        "MAX_CONFLICT, MAX_CONFLICT_BY_SHAPES",
         "{value:.1%} of the surface lies where the other frame saw through, expected at most {limit:.0%}",
         supports=True,
     ),
@@ -173,8 +188,10 @@ ANSWER_CHECKS: tuple[Check[Evidence], ...] = (
         "shapes alone fit in more than one way", best=1.0, nan_passes=True,
     ),
     Check(
-        Reason.AMBIGUOUS, "runner_up", lambda e: e.runner_up, "below", _constant(MAX_RUNNER_UP), "MAX_RUNNER_UP",
-        "a different motion explains surfaces and matches nearly as well",
+        Reason.AMBIGUOUS, "lead_log10", lambda e: e.lead_log10,
+        "at least", lambda e, config: -_log10_level(e, config), "acceptance.max_false_alarms",
+        "a different motion explains surfaces and matches nearly as well: the answer is 10^{value:.1f} times less "
+        "likely by chance, expected at least 10^{limit:.1f}",
     ),
     Check(
         Reason.AMBIGUOUS, "repeated_shift_m", lambda e: e.repeated_shift_m,
@@ -265,8 +282,13 @@ def answer_margin(evidence: Evidence, config: Config) -> float:
 
 
 def is_supported(evidence: Evidence, config: Config) -> bool:
-    """Whether surfaces and matches speak for a hypothesis as much as is asked of an answer."""
+    """Whether the surfaces speak for a hypothesis as much as is asked of an answer."""
     return all(check.passes(evidence, config) for check in ANSWER_CHECKS if check.supports)
+
+
+def surfaces_allow(agreement: Agreement, config: Config) -> bool:
+    """Whether the surfaces do not contradict a motion."""
+    return agreement.consistency >= config.acceptance.min_consistency and agreement.conflict <= MAX_CONFLICT.value
 
 
 def _first_objection(checks: Iterable[Check[Evidence]], evidence: Evidence, config: Config) -> Objection | None:

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from vigg_ros.acceptance.agreement import Candidate, Pair, assess
 from vigg_ros.acceptance.checks import frame_objection
-from vigg_ros.acceptance.ranking import best_and_competitors, judge
+from vigg_ros.acceptance.ranking import best_and_competitors, judge, polish
 from vigg_ros.bench.frame_cache import timed_stages
 from vigg_ros.bench.methods import Method, MethodAnswer, Task
 from vigg_ros.bench.pairs import FramePair
@@ -26,7 +26,7 @@ from vigg_ros.registration.local_match import refit
 from vigg_ros.registration.matches import Matches, concatenate
 from vigg_ros.registration.rigid import transform, weighted_svd
 from vigg_ros.registration.stages import stage
-from vigg_ros.registration.vigg import align_by_all, follow, polish
+from vigg_ros.registration.vigg import align_by_all, follow
 from vigg_ros.registration.visual import match_visual
 from vigg_ros.report.trajectory_errors import rotation_error_deg, translation_error_m
 

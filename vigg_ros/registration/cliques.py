@@ -100,11 +100,13 @@ def propose(visual: Matches, geometric: Matches, config: CliqueConfig) -> Hypoth
     return Hypotheses(T_target_source[order], scores[order])
 
 
-def distinct(hypotheses: Hypotheses, limit: int, threshold_m: float) -> Hypotheses:
-    """The best hypotheses that differ from each other, at most ``limit``."""
+def distinct(
+    hypotheses: Hypotheses, limit: int, threshold_m: float, min_ratio: float = MIN_SCORE_RATIO
+) -> Hypotheses:
+    """The best hypotheses that differ from each other, at most ``limit``, with this share of the first one's score."""
     kept: list[int] = []
     for i in range(len(hypotheses)):
-        if len(kept) == limit or hypotheses.score[i] < MIN_SCORE_RATIO * hypotheses.score[0]:
+        if len(kept) == limit or hypotheses.score[i] < min_ratio * hypotheses.score[0]:
             break
         T_i = hypotheses.T_target_source[i]
         if all(differ(T_i, hypotheses.T_target_source[j], threshold_m) for j in kept):

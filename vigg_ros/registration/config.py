@@ -131,6 +131,12 @@ class Config:
 OLD_SECTION = "verification."
 """What ``acceptance`` was called in version 0.1."""
 
+REMOVED = {
+    f"{section}min_inliers": "acceptance.max_false_alarms says how often chance may show what speaks for an answer"
+    for section in ("acceptance.", OLD_SECTION)
+}
+"""Options that are gone, and what to use instead."""
+
 PAPER: dict[str, Any] = {
     "visual.max_pixels": 100_000_000,
     "geometric.feature_grid_voxels": 1.0,
@@ -169,9 +175,12 @@ PRESETS |= {f"{name}_paper": {**PRESETS[name], **PAPER} for name in ("rgbd", "li
 
 
 def renamed(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Options by the names they have now; a FutureWarning tells of old ones. Raises ConfigError for both at once."""
+    """Options by the names they have now; a FutureWarning tells of old ones. Raises ConfigError for both at once and
+    for options that are gone."""
     out: dict[str, Any] = {}
     for name, value in changes.items():
+        if name in REMOVED:
+            raise ConfigError(f"{name} is no option any more; {REMOVED[name]}")
         new = name
         if name.startswith(OLD_SECTION):
             new = f"acceptance.{name.removeprefix(OLD_SECTION)}"

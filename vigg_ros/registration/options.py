@@ -192,7 +192,12 @@ class AcceptanceConfig:
     min_consistency: float = option(
         0.6, "coinciding share of the surface that both sensors should see; lower where things move", low=0.0, high=1.0
     )
-    min_inliers: int = option(8, "matches that must agree with the answer", low=3, high=1000)
+    max_false_alarms: float = option(
+        1e-3,
+        "false alarms per registration: how often chance may show as much as speaks for an answer; lower to be surer, "
+        "higher for more answers",
+        low=1e-300, high=1.0,
+    )
 
 
 @dataclass(frozen=True, slots=True)

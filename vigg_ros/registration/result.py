@@ -51,8 +51,13 @@ class Evidence:
     visual_inliers: int = 0
     """Visual matches within the threshold under the answer."""
     geometric_inliers: int = 0
-    match_share: float = float("nan")
-    """Share of the visual matches that agree plus share of the geometric ones, in [0, 2]."""
+    visual_log10_nfa: float = float("nan")
+    """log10 of the number of motions, of all that were tried, on which so many visual matches agree by chance."""
+    match_log10_p: float = float("nan")
+    """log10 of the probability that as many matches of both kinds agree by chance."""
+    log10_nfa: float = float("nan")
+    """log10 of the number of motions for which chance speaks as much: ``visual_log10_nfa``, or where that is too much,
+    of matches of both kinds and surfaces together."""
     surface_pairs: int = 0
     """Points of the surfaces that pair up in the refinement."""
     rmse_m: float = float("nan")
@@ -70,8 +75,9 @@ class Evidence:
     photometric_correlation: float = float("nan")
     """How alike the images show the coinciding surface; NaN where visual matches decide on their own, and where the
     images have too little in common to tell."""
-    runner_up: float = float("nan")
-    """How near the best different answer comes to the chosen one; from 1 on nothing decides between them."""
+    lead_log10: float = float("nan")
+    """log10 of how many times less likely by chance the answer is than the best different one; inf where none comes
+    near."""
     repeated_shift_m: float = float("nan")
     """Distance to another motion under which a repeating texture is shown as well; NaN where there is none."""
 
