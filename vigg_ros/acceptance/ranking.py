@@ -38,6 +38,9 @@ from vigg_ros.registration.stages import stage
 MAX_COMPETITORS = 2
 """Competitors refined to the end, of the candidates and of the aliases each."""
 
+PRECISE_VISUAL_INLIERS = 30
+"""Fewer may be beyond doubt and still leave the motion imprecise; the image in full size shows more."""
+
 CHANCE_SAMPLES = 8
 """Hypotheses at which chance is measured to rank all of them: it depends little on the motion."""
 
@@ -105,11 +108,13 @@ def _differ(one: Candidate, other: Candidate, config: Config) -> bool:
 
 def has_decisive_winner(pair: Pair, few: Hypotheses) -> bool:
     """Whether visual matches alone leave no doubt: they agree with the best hypothesis beyond chance, and those that do
-    not agree with it show no other motion."""
+    not agree with it show no other motion; and they are enough to be precise."""
     if len(few) == 0:
         return False
     inliers = [inliers_of(pair.visual, T, pair.config) for T in few.T_target_source[:2]]
     level = -needed_log10(pair.config)
+    if np.count_nonzero(inliers[0]) < PRECISE_VISUAL_INLIERS:
+        return False
     if visual_false_alarms(pair, few.T_target_source[0], inliers[0]) > level:
         return False
     return len(few) == 1 or visual_false_alarms(pair, few.T_target_source[1], inliers[1] & ~inliers[0]) > level
