@@ -25,7 +25,7 @@ from vigg_ros.acceptance.agreement import (
 from vigg_ros.acceptance.aliases import aliases
 from vigg_ros.acceptance.checks import answer_objection, is_visually_borne, surfaces_allow
 from vigg_ros.acceptance.limits import MAX_CONFLICT_BY_SHAPES, MAX_MATCH_LOG10_P
-from vigg_ros.acceptance.repetition import repeated_motion
+from vigg_ros.acceptance.repetition import repeated_motion, shifted_motion
 from vigg_ros.acceptance.significance import log10_joint, log10_tail
 from vigg_ros.acceptance.static_part import MAX_MOVING_SHARE, is_possible, region_of
 from vigg_ros.registration.cliques import Hypotheses, differ
@@ -168,11 +168,16 @@ def _verdict(pair: Pair, candidate: Candidate, fit: Fit, evidence: Evidence) -> 
 
 def _with_doubt(pair: Pair, candidate: Candidate, others: list[Candidate], evidence: Evidence) -> Evidence:
     """The evidence for an answer that images alone do not carry: against what its aliases show."""
-    threshold_m = pair.config.cliques.inlier_threshold_m
-    tried = [T for T in aliases(pair, candidate.T_target_source) if differ(T, candidate.T_target_source, threshold_m)]
+    tried = aliases(pair, candidate.T_target_source)
     cells = np.array([seen_cells(pair, T) for T in tried])
     chances = np.maximum(cells.sum(axis=0) / max(float(cells.sum()), 1e-9), MIN_CHANCE)
-    nearest = np.argsort([surface_tail(cell, chances) for cell in cells], kind="stable")[:MAX_COMPETITORS]
+    tails = [surface_tail(cell, chances) for cell in cells]
+    # What lies off along two axes at once is found from the best along one.
+    further = aliases(pair, tried[int(np.argmin(tails))])
+    tails += [surface_tail(seen_cells(pair, T), chances) for T in further]
+    tried += further
+    different = [i for i, T in enumerate(tried) if differ(T, candidate.T_target_source, _threshold_m(pair))]
+    nearest = sorted(different, key=lambda i: tails[i])[:MAX_COMPETITORS]
     refined = [assess(pair, fit.T_target_source) for fit in polish(pair, [tried[i] for i in nearest])]
     rivals = [c for c in (*others, *refined) if _differ(c, candidate, pair.config)]
     tests = math.log10(max(evidence.hypotheses, 1))
@@ -211,8 +216,13 @@ def _motion_sigma(fit: Fit) -> tuple[float, float]:
 
 
 def _repeated_shift_m(pair: Pair, candidate: Candidate) -> float:
-    """Distance to another motion that a repeating texture shows and the surfaces do not contradict; else NaN."""
-    T_repeated = repeated_motion(pair, candidate.T_target_source)
-    if T_repeated is None or not surfaces_allow(assess(pair, T_repeated).agreement, pair.config):
-        return math.nan  # the surfaces know better
-    return float(np.linalg.norm(T_repeated[:3, 3] - candidate.T_target_source[:3, 3]))
+    """Distance to another motion that the images show as well and the surfaces do not contradict; else NaN."""
+    for find in (repeated_motion, shifted_motion):
+        T_repeated = find(pair, candidate.T_target_source)
+        if T_repeated is not None and surfaces_allow(assess(pair, T_repeated).agreement, pair.config):
+            return float(np.linalg.norm(T_repeated[:3, 3] - candidate.T_target_source[:3, 3]))
+    return math.nan  # nothing repeats, or the surfaces know better
+
+
+def _threshold_m(pair: Pair) -> float:
+    return pair.config.cliques.inlier_threshold_m

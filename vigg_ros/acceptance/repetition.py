@@ -8,11 +8,14 @@ chance on one of the copies, so the matches alone show no doubt. The keypoints t
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from vigg_ros.acceptance.agreement import Pair
+from vigg_ros.acceptance.agreement import Pair, chances_of
+from vigg_ros.acceptance.significance import log10_tail
 from vigg_ros.registration.cliques import DISTINCT_THRESHOLDS
 from vigg_ros.registration.rigid import transform
 from vigg_ros.registration.stages import stage
@@ -68,6 +71,32 @@ def repeated_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray
             shifted[:3, 3] += shift
             return shifted
     return None
+
+
+@stage("repetition")
+def shifted_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """A different motion (4, 4), shifted, that the visual matches which contradict this one show beyond chance.
+
+    Each of them says by what shift it would agree. Columns, doors and windows repeat as things, not as textures: matches
+    that chose another copy than most agree on one shift.
+    """
+    threshold_m = pair.config.cliques.inlier_threshold_m
+    outside = ~pair.visual.agree(T_target_source, threshold_m)
+    shifts = (pair.visual.target - transform(T_target_source, pair.visual.source))[outside]
+    far = np.linalg.norm(shifts, axis=1) > DISTINCT_THRESHOLDS * threshold_m
+    shifts, weights = shifts[far], pair.visual_weights[outside][far]
+    if len(shifts) < 2:
+        return None
+    alike = cdist(shifts, shifts) < threshold_m
+    together = alike @ weights
+    most = int(together.argmax())
+    T_shifted = T_target_source.copy()
+    T_shifted[:3, 3] += shifts[alike[most]].mean(axis=0)
+    chance, _ = chances_of(pair, T_shifted)
+    # The match that proposes a shift agrees with it whatever it is; each proposes one.
+    tail = log10_tail(together[most] - weights[most], float(pair.visual_weights.sum()), chance)
+    shows = math.log10(len(shifts)) + float(tail) <= math.log10(pair.config.acceptance.max_false_alarms)
+    return T_shifted if shows else None
 
 
 def _period(

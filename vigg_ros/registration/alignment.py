@@ -36,6 +36,9 @@ MAD_TO_SIGMA = 1.4826
 BLOCK_VOXELS = 8.0
 """Errors of depth are alike on patches of about this size; patches, not points, count as independent."""
 
+BLOCK_WINDOWS = 4.0
+"""So many windows of a depth image's planes a patch is wide at least, as neighbouring windows share their pixels."""
+
 SCAN_FLOOR_VOXELS, VISUAL_FLOOR_VOXELS = 0.02, 0.1
 """Standard deviation that a point of a scan, and a visual match of one, has at least."""
 
@@ -116,7 +119,8 @@ def patch_of(points: NDArray[np.float32], size_m: float) -> NDArray[np.int64]:
     """The number of the patch of this size that each point (N, 3) lies on; not negative."""
     cells = np.floor(points / size_m).astype(np.int64)
     # Primes of Teschner 2003: different patches rarely get the same number.
-    return np.asarray(np.abs((cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791)))
+    number = (cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791)
+    return np.asarray(np.abs(number) % 2**40)
 
 
 def _deviation(value: NDArray[np.float64], floor: float) -> float:
@@ -305,7 +309,7 @@ class DepthAlignment:
         )
         if len(rows) == 0:
             return Residuals(value, jacobian, np.empty(0), rows, sigma_m)
-        patch = patch_of(points[rows], BLOCK_VOXELS * self.voxel_m)
+        patch = self._patches(points[rows])
         _, place, counts = np.unique(patch, return_inverse=True, return_counts=True)
         relative = value / sigma_m
         scale = _deviation(relative, SHARED_NOISE)
@@ -314,6 +318,13 @@ class DepthAlignment:
         of_patch = math.hypot(MAD_TO_SIGMA * float(np.median(np.abs(mean))), SHARED_NOISE)
         weight /= counts[place] * (of_patch * sigma_m) ** 2
         return Residuals(value, jacobian, weight, patch, SHARED_NOISE * sigma_m, curvature, shared_floor=True)
+
+    def _patches(self, points: NDArray[np.float32]) -> NDArray[np.int64]:
+        """The patch of each point (N, 3): of BLOCK_VOXELS, doubled until it is BLOCK_WINDOWS wide where it is seen."""
+        size_m = BLOCK_VOXELS * self.voxel_m
+        seen_m = points[:, 2] * (BLOCK_WINDOWS * self.source.planes.window_px / self._cameras[1].fx_px)
+        doubled = np.ceil(np.log2(np.maximum(seen_m / size_m, 1.0))).astype(np.int64)
+        return np.asarray(patch_of((points / 2.0 ** doubled[:, None]).astype(np.float32), size_m) * 64 + doubled)
 
     def visual(self, T_target_source: NDArray[np.float64]) -> Residuals:
         """Where each match's point projects in the other image, less where it was seen, pixels, both ways.

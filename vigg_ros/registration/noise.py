@@ -81,6 +81,8 @@ class DepthPlanes:
 
     camera: Camera
     step_px: int
+    window_px: int
+    """Side of the window of each."""
     grid: NDArray[np.float32]
     """(h, w, 5): depth (m, 0 where there is no plane), normal towards the camera, deviation of the inverse depth."""
 
@@ -90,7 +92,7 @@ class DepthPlanes:
         step = max(round(depth.camera.width_px / COLUMNS), 1)
         half = max(math.ceil(WINDOW_STEPS * step), 2)
         grid = depth_planes(depth.depth_m, cls.intrinsics_of(depth.camera), step, half, 2 if half > 4 else 1)
-        return cls(depth.camera, step, grid)
+        return cls(depth.camera, step, 2 * half + 1, grid)
 
     @staticmethod
     def intrinsics_of(camera: Camera) -> tuple[float, float, float, float]:
