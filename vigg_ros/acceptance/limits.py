@@ -59,3 +59,17 @@ MAX_MATCH_LOG10_P = Limit(
     right="below -2 of 97 %",
     wrong="above -2 of three quarters, slides along counters and walls",
 )
+
+CLEAR_VISUAL_SHARE = Limit(
+    0.2,
+    "measured on the rendered hall of columns",
+    right="0.3 and more where frames share half of their view",
+    wrong="0.08 to 0.12, by a period of the hall: the other matches chose other copies",
+)
+
+PHOTOMETRIC_LEAD = Limit(
+    0.05,
+    "measured on the development pairs: what an answer's correlation must be above that of a sound alias",
+    right="0.1 or more above slides along a counter",
+    wrong="-0.03 to 0.04 in the hall of columns",
+)

@@ -24,7 +24,12 @@ from vigg_ros.acceptance.agreement import (
 )
 from vigg_ros.acceptance.aliases import aliases
 from vigg_ros.acceptance.checks import answer_objection, is_visually_borne, surfaces_allow
-from vigg_ros.acceptance.limits import MAX_CONFLICT_BY_SHAPES, MAX_MATCH_LOG10_P
+from vigg_ros.acceptance.limits import (
+    CLEAR_VISUAL_SHARE,
+    MAX_CONFLICT_BY_SHAPES,
+    MAX_MATCH_LOG10_P,
+    PHOTOMETRIC_LEAD,
+)
 from vigg_ros.acceptance.repetition import repeated_motion, shifted_motion
 from vigg_ros.acceptance.significance import log10_joint, log10_tail
 from vigg_ros.acceptance.static_part import MAX_MOVING_SHARE, is_possible, region_of
@@ -151,11 +156,21 @@ def judge(pair: Pair, fits: list[Fit], evidence: Evidence) -> Registration | Rej
     )
     if not pair.config.acceptance.enabled:
         return _verdict(pair, candidate, fit, evidence)
-    if is_visually_borne(evidence, pair.config) and evidence.conflict <= MAX_CONFLICT_BY_SHAPES.value:
+    if is_visually_borne(evidence, pair.config) and not _is_doubtful(candidate):
         evidence = replace(evidence, repeated_shift_m=_repeated_shift_m(pair, candidate))
     elif answer_objection(replace(evidence, log10_nfa=-math.inf), pair.config) is None:
         evidence = _with_doubt(pair, candidate, candidates, evidence)
     return _verdict(pair, candidate, fit, evidence)
+
+
+def _is_doubtful(candidate: Candidate) -> bool:
+    """Whether an answer that images carry must win against its aliases all the same.
+
+    So it is where surfaces contradict it, and where most matches do: they may have chosen among the copies of what
+    repeats.
+    """
+    share = float(np.mean(candidate.visual_inliers)) if len(candidate.visual_inliers) else 0.0
+    return candidate.agreement.conflict > MAX_CONFLICT_BY_SHAPES.value or share < CLEAR_VISUAL_SHARE.value
 
 
 def _verdict(pair: Pair, candidate: Candidate, fit: Fit, evidence: Evidence) -> Registration | Rejection:
@@ -190,7 +205,7 @@ def _with_doubt(pair: Pair, candidate: Candidate, others: list[Candidate], evide
         # Matches of what repeats choose one of the copies together; the images must not prefer another one.
         if is_sound and rival.agreement.conflict <= MAX_CONFLICT_BY_SHAPES.value:
             shown = photometric_correlation(pair, rival.T_target_source)
-            lead = min(lead, 0.0) if shown >= correlation else lead
+            lead = min(lead, 0.0) if shown >= correlation - PHOTOMETRIC_LEAD.value else lead
     return replace(
         evidence,
         log10_nfa=min(evidence.visual_log10_nfa, nfa[0]),

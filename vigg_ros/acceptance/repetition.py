@@ -77,8 +77,8 @@ def repeated_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray
 def shifted_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """A different motion (4, 4), shifted, that the visual matches which contradict this one show beyond chance.
 
-    Each of them says by what shift it would agree. Columns, doors and windows repeat as things, not as textures: matches
-    that chose another copy than most agree on one shift.
+    Each of them says by what shift it would agree. Columns, doors and windows repeat as things, not as textures:
+    matches that chose another copy than most agree on one shift.
     """
     threshold_m = pair.config.cliques.inlier_threshold_m
     outside = ~pair.visual.agree(T_target_source, threshold_m)
