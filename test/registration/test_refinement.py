@@ -13,9 +13,11 @@ from vigg_ros.acceptance.ranking import judge
 from vigg_ros.bench.worlds import HandheldLoop
 from vigg_ros.bench.worlds.poses import Pose
 from vigg_ros.registration import Config, Evidence, Reason, Rejection, extract, register
+from vigg_ros.registration.alignment import FrameAlignment, IndexedSurface, ScanAlignment
+from vigg_ros.registration.features import alignment
 from vigg_ros.registration.geometric import Surface
 from vigg_ros.registration.matches import Matches, no_matches
-from vigg_ros.registration.refinement import Fit, SurfaceAligner, refine
+from vigg_ros.registration.refinement import Fit, refine
 from vigg_ros.registration.visual import match_visual
 from vigg_ros_testing.registration_samples import (
     Studio,
@@ -30,7 +32,7 @@ from vigg_ros_testing.registration_samples import (
 )
 
 CONFIG = Config()
-NO_ROUNDS = CONFIG.replace({"refinement.iterations": 0})
+ROUNDS = CONFIG.refinement.iterations
 VOXEL_M = CONFIG.geometric.voxel_size_m
 T_TRUE = motion((3, -12, 7), (0.2, -0.1, 0.15))
 
@@ -41,8 +43,12 @@ def moved_back(surface: Surface, T_target_source: Pose) -> Surface:
     return Surface(((surface.points - t) @ R).astype(np.float32), (surface.normals @ R).astype(np.float32))
 
 
-def refined(target: Surface, source: Surface, visual: Matches, start: Pose, config: Config = CONFIG) -> Fit:
-    return refine(SurfaceAligner(target, VOXEL_M), source, visual, start, config)
+def refined(target: Surface, source: Surface, visual: Matches, start: Pose, *, rounds: int = ROUNDS) -> Fit:
+    return fitted(ScanAlignment(IndexedSurface(target, VOXEL_M), source, visual), start, rounds=rounds)
+
+
+def fitted(aligned: FrameAlignment, start: Pose, *, rounds: int = ROUNDS) -> Fit:
+    return refine(aligned, start, iterations=rounds, voxel_m=VOXEL_M)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -57,7 +63,7 @@ def test_exact_surfaces_are_aligned_exactly(seed: int, studio: Studio) -> None:
     assert fit.rms_m < 1e-5
     assert fit.pairs > 0.95 * len(target)
     # Without rounds the motion stays where the paper stops.
-    fit = refined(target, moved_back(target, T_TRUE), no_matches(), start, NO_ROUNDS)
+    fit = refined(target, moved_back(target, T_TRUE), no_matches(), start, rounds=0)
     np.testing.assert_array_equal(fit.T_target_source, start)
     assert np.isfinite(fit.covariance).all()
 
@@ -114,7 +120,7 @@ def test_a_wall_without_matches_is_degenerate_by_name(noise: str, wall: Studio) 
     poses = looking((0.8, 0, 0)), looking((0.8, 0.03, 0))
     target, source = (wall.features(pose, None if noise == "none" else i) for i, pose in enumerate(poses))
     start = motion((0, 0, 0), (0.1, 0, 0)) @ truth(*poses)
-    fit = refined(target.surface, source.surface, no_matches(), start)
+    fit = fitted(alignment(target, source, no_matches(), CONFIG), start)
     visual = match_visual(target.keypoints, source.keypoints, CONFIG.visual)
     outcome = judge(Pair(target, source, visual, no_matches(), CONFIG), [fit], Evidence())
     assert isinstance(outcome, Rejection), outcome
@@ -135,8 +141,8 @@ def test_the_covariance_is_about_the_axes_of_the_target(step: tuple[Surface, Sur
     target, source, T = step
     turn = motion((0, 0, 90), (0, 0, 0))
     turned = Surface(apply(turn, target.points).astype(np.float32), apply(turn, target.normals).astype(np.float32))
-    straight = refined(target, source, no_matches(), T, NO_ROUNDS).covariance
-    rotated = refined(turned, source, no_matches(), turn @ T, NO_ROUNDS).covariance
+    straight = refined(target, source, no_matches(), T, rounds=0).covariance
+    rotated = refined(turned, source, no_matches(), turn @ T, rounds=0).covariance
     both = np.kron(np.eye(2), turn[:3, :3])
     # A quarter turn keeps the grid of cells; float32 decides some neighbours otherwise.
     np.testing.assert_allclose(rotated, both @ straight @ both.T, rtol=0.02, atol=0.02 * straight.diagonal().min())
@@ -147,9 +153,9 @@ def test_the_covariance_is_of_the_motion_whatever_the_source_calls_its_origin(st
     target, source, T = step
     # Whole patches of 8 voxels, so that the same points are taken together.
     shift = np.array((50, -25, 40)) * 8 * VOXEL_M
-    straight = refined(target, source, no_matches(), T, NO_ROUNDS).covariance
+    straight = refined(target, source, no_matches(), T, rounds=0).covariance
     beside = Surface((source.points - shift).astype(np.float32), source.normals)
-    levered = refined(target, beside, no_matches(), T @ motion((0, 0, 0), shift), NO_ROUNDS).covariance
+    levered = refined(target, beside, no_matches(), T @ motion((0, 0, 0), shift), rounds=0).covariance
     arm = T[:3, :3] @ shift
     lever = np.eye(6)
     lever[:3, 3:] = [[0, arm[2], -arm[1]], [-arm[2], 0, arm[0]], [arm[1], -arm[0], 0]]

@@ -96,7 +96,7 @@ class Residuals:
         return replace(self, weight=share * self.weight)
 
 
-class Alignment(Protocol):
+class FrameAlignment(Protocol):
     """Two frames and their visual matches, to be aligned."""
 
     def surface(self, T_target_source: NDArray[np.float64], *, wide: bool = False, few: bool = False) -> Residuals:
@@ -115,8 +115,10 @@ class Alignment(Protocol):
 def patch_of(points: NDArray[np.float32], size_m: float) -> NDArray[np.int64]:
     """The number of the patch of this size that each point (N, 3) lies on; not negative."""
     cells = np.floor(points / size_m).astype(np.int64)
-    # Primes of Teschner 2003: different patches rarely get the same number.
-    return np.asarray(np.abs((cells[:, 0] * 73856093) ^ (cells[:, 1] * 19349669) ^ (cells[:, 2] * 83492791)))
+    if len(cells) == 0:
+        return np.empty(0, np.int64)
+    cells -= cells.min(axis=0)
+    return np.asarray(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1)), np.int64)
 
 
 def _deviation(value: NDArray[np.float64], floor: float) -> float:

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from vigg_ros.registration.alignment import Alignment, DepthAlignment, DepthSurface, IndexedSurface, ScanAlignment
+from vigg_ros.registration.alignment import FrameAlignment, DepthAlignment, DepthSurface, IndexedSurface, ScanAlignment
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import (
@@ -94,7 +94,7 @@ class Features:
         return DepthSurface.of(self.planes, self.noise, near_m=geometric.min_range_m, far_m=geometric.max_range_m)
 
 
-def alignment(target: Features, source: Features, visual: Matches, config: Config) -> Alignment:
+def alignment(target: Features, source: Features, visual: Matches, config: Config) -> FrameAlignment:
     """How two frames are aligned: depth images by projection, scans in space."""
     if target.depth_surface is not None and source.depth_surface is not None:
         return DepthAlignment(target.depth_surface, source.depth_surface, visual, config.geometric.voxel_size_m)

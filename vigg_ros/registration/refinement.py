@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.registration.alignment import Alignment, Residuals
+from vigg_ros.registration.alignment import FrameAlignment, Residuals
 from vigg_ros.registration.stages import stage
 
 CONVERGED_VOXELS = 0.002
@@ -69,7 +69,7 @@ NO_BALANCE = Balance(np.zeros((6, 6)), 1.0, np.zeros((6, 6)))
 
 
 @stage("refinement")
-def refine(alignment: Alignment, T_target_source: NDArray[np.float64], *, iterations: int, voxel_m: float) -> Fit:
+def refine(alignment: FrameAlignment, T_target_source: NDArray[np.float64], *, iterations: int, voxel_m: float) -> Fit:
     """Gauss-Newton on the surfaces together with the visual matches, at most so many ``iterations`` a stage."""
     T_target_source, balance = _descend(alignment, T_target_source, iterations, voxel_m)
     visual, surface = alignment.visual(T_target_source), alignment.surface(T_target_source)
@@ -80,7 +80,7 @@ def refine(alignment: Alignment, T_target_source: NDArray[np.float64], *, iterat
 
 
 def _descend(
-    alignment: Alignment, T_target_source: NDArray[np.float64], iterations: int, voxel_m: float
+    alignment: FrameAlignment, T_target_source: NDArray[np.float64], iterations: int, voxel_m: float
 ) -> tuple[NDArray[np.float64], Balance]:
     """First with few points and far-reaching pairs, at last with all points and near pairs, and in balance."""
     balance = NO_BALANCE
