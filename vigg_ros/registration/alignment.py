@@ -108,8 +108,11 @@ class FrameAlignment(Protocol):
     def response(self, T_target_source: NDArray[np.float64], found: Residuals) -> float:
         """How much of a shift along the normals is seen once the surfaces are paired anew: a share in (0, 1]."""
 
-    def lever(self, T_target_source: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(6,) how far the motion goes: metres for the translation, radians for the rotation."""
+    def lever(self, T_target_source: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """(6,) how far the motion goes: metres for the translation, radians for the rotation.
+
+        None where images cannot contradict the surfaces.
+        """
 
 
 def patch_of(points: NDArray[np.float32], size_m: float) -> NDArray[np.int64]:
@@ -239,9 +242,8 @@ class ScanAlignment:
         share = (pull[0] - pull[1]) / (2 * shift * float(found.weight.sum()))
         return min(max(share, MIN_RESPONSE), 1.0)
 
-    def lever(self, T_target_source: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far the motion goes; see ``lever``."""
-        return lever(T_target_source, self.matches.source)
+    def lever(self, T_target_source: NDArray[np.float64]) -> None:
+        """A scanner's ranges hardly err, but the pixels that see its points do: a pixel gets the nearest point."""
 
 
 @dataclass(frozen=True, slots=True)

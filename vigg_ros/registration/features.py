@@ -11,7 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from vigg_ros.registration.alignment import FrameAlignment, DepthAlignment, DepthSurface, IndexedSurface, ScanAlignment
+from vigg_ros.registration.alignment import DepthAlignment, DepthSurface, FrameAlignment, IndexedSurface, ScanAlignment
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import (

@@ -87,8 +87,8 @@ def _descend(
     for few, wide, converged in ((True, True, 0.1), (True, False, 0.05), (False, False, CONVERGED_VOXELS)):
         for _ in range(iterations):
             surface, visual = alignment.surface(T_target_source, wide=wide, few=few), alignment.visual(T_target_source)
-            if not few:
-                balance = balance_of(surface, visual, alignment.lever(T_target_source))
+            motion = None if few else alignment.lever(T_target_source)
+            balance = NO_BALANCE if motion is None else balance_of(surface, visual, motion)
             step = _solve(surface, visual, balance)
             T_target_source = _moved(T_target_source, step)
             if np.linalg.norm(step[:3]) + np.linalg.norm(step[3:]) < converged * voxel_m:
