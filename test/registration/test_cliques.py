@@ -4,6 +4,7 @@
 
 import resource
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -143,6 +144,21 @@ def test_compatibility_by_hand_whatever_the_motion() -> None:
         np.testing.assert_allclose(compatibility(matches, 0.2, 0.85), expected, atol=1e-5)
         # s = 0.8825: a threshold above it cuts the edges with d = 0.1, and no triangle is left to support the third.
         np.testing.assert_array_equal(compatibility(matches, 0.2, 0.89), np.zeros((4, 4)))
+
+
+def test_compatibility_is_symmetric_and_as_wide_as_both_matches_are_noisy() -> None:
+    """Lengths that differ by 0.15 m: too much for two sure matches, not for a noisy one with either."""
+    source = np.array([(0, 0, 4), (1, 0, 4), (0, 1, 4), (1, 1, 4)], float)
+    target = np.array([(0, 0, 4), (1.15, 0, 4), (0, 1, 4), (1, 1, 4)], float)
+    sure = replace(matches_of(target, source), sigma_m=np.full(4, 1e-3))
+    noisy = replace(sure, sigma_m=np.array([0.08, 1e-3, 1e-3, 1e-3]))
+    at_first = [compatibility(matches, 0.1, 0.7) for matches in (sure, noisy)]
+    for found in at_first:
+        np.testing.assert_array_equal(found, found.T)
+    assert (at_first[0][0, 1] > 0, at_first[1][0, 1] > 0) == (False, True)
+    # Under no motion the second is out by 0.15 m, twice what a sure one may be; the others score their radius.
+    expected_m = np.hypot(0.1, 0.24) + 2 * np.hypot(0.1, 0.003)
+    np.testing.assert_allclose(score(np.eye(4)[None], noisy, 0.1), expected_m, rtol=1e-5)
 
 
 def test_score_by_hand() -> None:

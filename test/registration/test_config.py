@@ -37,7 +37,8 @@ def test_every_option_says_what_it_is_for(name: str) -> None:
         assert -math.inf < spec.metadata["low"] <= spec.default <= spec.metadata["high"] < math.inf
     elif not isinstance(spec.default, bool):
         assert spec.default in (spec.metadata["choices"] or ("",))  # free text is empty by default
-    assert name.endswith("_m") == (spec.metadata["unit"] == "m")
+    assert name.endswith("_m") == (spec.metadata["unit"] in ("m", "m/m"))
+    assert name.endswith("_per_m") == (spec.metadata["unit"] == "m/m")
 
 
 def test_replace_changes_what_it_names_and_nothing_else() -> None:

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from vigg_ros.registration.geometric import describe, estimate_normals, voxel_downsample
 from vigg_ros.registration.kernels.cells import CellIndex
+from vigg_ros.registration.kernels.depth_planes import depth_planes, depth_planes_plain
 from vigg_ros.registration.kernels.lifting import lift_depth, lift_depth_plain
 from vigg_ros.registration.kernels.normals import surface_normals_plain
+from vigg_ros.registration.kernels.projective_icp import projective_icp_residuals, projective_icp_residuals_plain
 from vigg_ros.registration.kernels.symmetric_icp import symmetric_icp_residuals, symmetric_icp_residuals_plain
 from vigg_ros.registration.kernels.voxels import HALF_RANGE_VOXELS, voxel_means, voxel_means_plain
 from vigg_ros.registration.kernels.zone import nearest_in_zone, nearest_in_zone_plain
@@ -197,3 +199,56 @@ def test_nearest_in_zone_equals_its_twin(radius: float) -> None:
     np.testing.assert_allclose(similarity, cosine, atol=1e-6)
     assert (found == -1).any()
     assert (found >= 0).any()
+
+
+def broken_depth(seed: int, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Two slanted planes that meet in a jump, noisy, with holes of all sizes and a band without any depth."""
+    rng = np.random.default_rng(seed)
+    v, u = np.indices(shape)
+    inverse = 0.4 + 0.002 * u - 0.001 * v + 0.2 * (u > 0.6 * shape[1]) + rng.normal(0, 0.002, shape)
+    depth_m = 1 / inverse
+    depth_m[rng.random(shape) < 0.1] = 0
+    depth_m[shape[0] // 3 : shape[0] // 3 + 4, :20] = 0
+    return depth_m.astype(np.float32)
+
+
+def intrinsics(shape: tuple[int, int]) -> tuple[float, float, float, float]:
+    return 0.9 * shape[1], 0.92 * shape[1], (shape[1] - 1) / 2 + 0.3, (shape[0] - 1) / 2 - 0.2
+
+
+@pytest.mark.parametrize("shape", [(48, 64), (61, 83)])
+@pytest.mark.parametrize(("step", "half", "stride"), [(1, 2, 1), (2, 3, 1), (3, 5, 2), (4, 6, 2), (5, 8, 2)])
+def test_depth_planes_equal_their_twin(shape: tuple[int, int], step: int, half: int, stride: int) -> None:
+    depth_m, camera = broken_depth(step, shape), intrinsics(shape)
+    found, expected = (planes(depth_m, camera, step, half, stride) for planes in (depth_planes, depth_planes_plain))
+    assert found.shape == (shape[0] // step, shape[1] // step, 5)
+    assert 0.2 < np.mean(found[..., 0] > 0) < 0.95, "some windows are planes, some are not"
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_projective_icp_residuals_equal_their_twin(seed: int) -> None:
+    shape, step = (48, 64), 2
+    camera = intrinsics(shape)
+    target, source = (depth_planes(broken_depth(n, shape), camera, step, 3, 1) for n in (seed, seed + 10))
+    rows, columns = np.nonzero(source[..., 0] > 0)
+    z = source[rows, columns, 0]
+    rays = ((step * columns + 1 - camera[2]) / camera[0], (step * rows + 1 - camera[3]) / camera[1], np.ones(len(z)))
+    points = (np.column_stack(rays) * z[:, None]).astype(np.float32)
+    points[:5, 2] = (-1, 0, 1e-3, 5, 50)  # behind, in the camera, and far off
+    samples = points, np.ascontiguousarray(source[rows, columns, 1:4]), (0.004 * z**2).astype(np.float32)
+    planes = target, (0.004 * target[..., 0] ** 2).astype(np.float32)
+    T = motion((1, -2, 3), (0.02, -0.01, 0.03))
+    arguments = samples, T, planes, camera, step, (4.0, 0.02, 0.5)
+    found, expected = projective_icp_residuals(*arguments), projective_icp_residuals_plain(*arguments)
+    assert 0.2 < len(found[0]) / len(points) < 0.95
+    np.testing.assert_array_equal(found[0], expected[0])
+    for one, other in zip(found[1:], expected[1:], strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-6)
+
+
+def test_samples_that_see_no_plane_have_no_residuals() -> None:
+    nothing = np.zeros((24, 32, 5), np.float32), np.zeros((24, 32), np.float32)
+    samples = cloud(0), unit_vectors(0, 400), np.full(400, 0.01, np.float32)
+    found = projective_icp_residuals(samples, np.eye(4), nothing, intrinsics((48, 64)), 2, (4.0, 0.05, -1.0))
+    assert [part.shape for part in found] == [(0,), (0,), (0,), (0, 6)]

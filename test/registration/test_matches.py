@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Matched points travel together."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -49,3 +49,32 @@ def test_distances_by_hand() -> None:
     # A shift by (3, 4, 0); and with a quarter turn about z, (1, 1, 1) goes to (-1, 1, 1), 2 m off.
     np.testing.assert_allclose(matches.distances(motion((0, 0, 0), (3, 4, 0))), [5, 5])
     np.testing.assert_allclose(matches.distances(motion((0, 0, 90), (0, 0, 0))), [0, 2], atol=1e-12)
+
+
+def radii(distance_m: float, sigma_m: float, threshold_m: float = 0.1) -> float:
+    """Of a match so far away, seen from the target a metre nearer than from the source."""
+    target, source = np.array([(0, 0, distance_m)]), np.array([(0, 0, distance_m + 1)])
+    (radius_m,) = replace(matches_of(target, source), sigma_m=np.array([sigma_m])).radii_m(threshold_m)
+    return float(radius_m)
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "sigma_m", "radius_m"),
+    [
+        (0.4, 0.001, np.hypot(0.02, 0.003)),  # close: a twentieth of the distance
+        (2.0, 0.001, np.hypot(0.1, 0.003)),
+        (5.0, 0.05, np.hypot(0.1, 0.15)),  # three standard deviations
+        (9.0, 0.5, 0.3),  # never more than three thresholds
+        (0.4, 0.0, 0.1),  # without noise it is the paper's
+    ],
+)
+def test_how_far_the_points_of_a_match_may_lie_apart(distance_m: float, sigma_m: float, radius_m: float) -> None:
+    assert radii(distance_m, sigma_m) == pytest.approx(radius_m)
+
+
+def test_matches_agree_within_their_own_radius() -> None:
+    """Both 15 cm off: the noisy one may be, the sure one not."""
+    points = np.array([(0, 0, 4.0), (0, 0, 4.0)])
+    matches = replace(matches_of(points + (0.15, 0, 0), points), sigma_m=np.array([0.05, 0.005]))
+    np.testing.assert_array_equal(matches.agree(np.eye(4), 0.1), [True, False])
+    assert no_matches().agree(np.eye(4), 0.1).shape == (0,)

@@ -61,6 +61,12 @@ def test_a_frame_has_the_stamp_and_name_of_its_colour_image_and_the_depth_beside
     assert made.frame.camera == CAMERA
 
 
+@pytest.mark.parametrize("depth_ms", [10, 15, 4])
+def test_a_frame_knows_how_far_apart_its_image_and_depth_were_taken(depth_ms):
+    (made,) = built([calibration(), *sorted((depth(depth_ms), colour(10)), key=lambda one: one.stamp_ns)])
+    assert made.frame.apart_s == pytest.approx(abs(depth_ms - 10) / 1000)
+
+
 @pytest.mark.hostile("CameraInfo: missing: WAITING")
 def test_frames_wait_for_the_first_calibration():
     early = [*pair(0), *pair(100), *pair(200)]

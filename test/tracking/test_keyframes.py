@@ -22,7 +22,7 @@ def filled(buffer_size, positions):
     """A buffer to which keyframes at these places were added; frames and features are not looked at."""
     buffer = KeyframeBuffer(KeyframeConfig(buffer_size=buffer_size))
     nothing = None
-    return buffer, [buffer.add(nothing, nothing, at(x)) for x in positions]
+    return buffer, [buffer.add(nothing, nothing, at(x), np.zeros(6)) for x in positions]
 
 
 @pytest.mark.parametrize("size", [1, 2, 5])
@@ -40,7 +40,7 @@ def test_a_keyframe_returned_to_counts_as_the_newest():
     assert buffer.reference is keyframes[0]
     assert len(buffer) == 3
     nothing = None
-    buffer.add(nothing, nothing, at(9))
+    buffer.add(nothing, nothing, at(9), np.zeros(6))
     # Not the one returned to, but the oldest of the others had to go.
     assert {keyframe.id for keyframe in buffer.others(np.zeros(3), 9, 0)} == {2, 0}
 

@@ -68,7 +68,7 @@ def test_a_frame_has_the_stamp_the_frame_and_the_times_of_its_scan():
     times_s = np.linspace(-0.05, 0.05, len(wall()))
     (synced,) = frames(built([calibration(), image(3, 77), scan(0, times_s=times_s)]))
     assert synced.frame_id == "lidar"
-    assert synced.frame.stamp_ns == START_NS
+    assert (synced.frame.stamp_ns, synced.frame.apart_s) == (START_NS, 0.003)
     assert (synced.frame.image == 77).all()
     np.testing.assert_array_equal(synced.frame.points(), wall())
     np.testing.assert_array_equal(synced.frame.scan_with_times()[1], times_s)

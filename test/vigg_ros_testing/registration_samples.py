@@ -146,6 +146,22 @@ def noisy(
     return Frame.from_depth(image, depth_m, CAMERA)
 
 
+def enlarged(scale: int) -> Camera:
+    """CAMERA with so many times the pixels each way."""
+    width, height = scale * CAMERA.width_px, scale * CAMERA.height_px
+    return Camera(width, height, scale * CAMERA.fx_px, scale * CAMERA.fy_px, (width - 1) / 2, (height - 1) / 2)
+
+
+def rendered(scene: Scene, camera: Camera, T_world_camera: Pose, *, seed: int | None) -> Frame:
+    """A view of any size as a Kinect measures it; exact without a seed."""
+    image, depth_m = render_rgbd(scene, camera, T_world_camera)
+    if seed is not None:
+        rng = np.random.default_rng(seed)
+        depth_m = KinectNoise().apply(depth_m, camera, rng)
+        image = ImageNoise().apply(image, rng)
+    return Frame.from_depth(image, depth_m, camera)
+
+
 def clutter(seed: int) -> Scene:
     """A place of its own for each seed: a floor, two slanting walls, and things standing and floating about."""
     rng = np.random.default_rng(seed)

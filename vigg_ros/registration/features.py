@@ -11,8 +11,9 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from vigg_ros.registration.alignment import Alignment, DepthAlignment, DepthSurface, IndexedSurface, ScanAlignment
+from vigg_ros.registration.alignment import FrameAlignment
 from vigg_ros.registration.config import Config
+from vigg_ros.registration.depth_alignment import DepthAlignment, DepthSurface
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometric import (
     Landmarks,
@@ -27,6 +28,7 @@ from vigg_ros.registration.geometry import DepthMap, View
 from vigg_ros.registration.local_match import LocalMatcher, max_zone_radius_m
 from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.noise import DepthNoise, DepthPlanes, noise_of
+from vigg_ros.registration.scan_alignment import IndexedSurface, ScanAlignment
 from vigg_ros.registration.visual import Keypoints, detect, is_reduced
 
 
@@ -94,7 +96,7 @@ class Features:
         return DepthSurface.of(self.planes, self.noise, near_m=geometric.min_range_m, far_m=geometric.max_range_m)
 
 
-def alignment(target: Features, source: Features, visual: Matches, config: Config) -> Alignment:
+def alignment(target: Features, source: Features, visual: Matches, config: Config) -> FrameAlignment:
     """How two frames are aligned: depth images by projection, scans in space."""
     if target.depth_surface is not None and source.depth_surface is not None:
         return DepthAlignment(target.depth_surface, source.depth_surface, visual, config.geometric.voxel_size_m)

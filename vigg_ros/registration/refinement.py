@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from vigg_ros.registration.alignment import Alignment, Residuals
+from vigg_ros.registration.alignment import FrameAlignment, Residuals
 from vigg_ros.registration.stages import stage
 
 CONVERGED_VOXELS = 0.002
@@ -69,7 +69,7 @@ NO_BALANCE = Balance(np.zeros((6, 6)), 1.0, np.zeros((6, 6)))
 
 
 @stage("refinement")
-def refine(alignment: Alignment, T_target_source: NDArray[np.float64], *, iterations: int, voxel_m: float) -> Fit:
+def refine(alignment: FrameAlignment, T_target_source: NDArray[np.float64], *, iterations: int, voxel_m: float) -> Fit:
     """Gauss-Newton on the surfaces together with the visual matches, at most so many ``iterations`` a stage."""
     T_target_source, balance = _descend(alignment, T_target_source, iterations, voxel_m)
     visual, surface = alignment.visual(T_target_source), alignment.surface(T_target_source)
@@ -80,15 +80,15 @@ def refine(alignment: Alignment, T_target_source: NDArray[np.float64], *, iterat
 
 
 def _descend(
-    alignment: Alignment, T_target_source: NDArray[np.float64], iterations: int, voxel_m: float
+    alignment: FrameAlignment, T_target_source: NDArray[np.float64], iterations: int, voxel_m: float
 ) -> tuple[NDArray[np.float64], Balance]:
     """First with few points and far-reaching pairs, at last with all points and near pairs, and in balance."""
     balance = NO_BALANCE
     for few, wide, converged in ((True, True, 0.1), (True, False, 0.05), (False, False, CONVERGED_VOXELS)):
         for _ in range(iterations):
             surface, visual = alignment.surface(T_target_source, wide=wide, few=few), alignment.visual(T_target_source)
-            if not few:
-                balance = balance_of(surface, visual, alignment.lever(T_target_source))
+            motion = None if few else alignment.lever(T_target_source)
+            balance = NO_BALANCE if motion is None else balance_of(surface, visual, motion)
             step = _solve(surface, visual, balance)
             T_target_source = _moved(T_target_source, step)
             if np.linalg.norm(step[:3]) + np.linalg.norm(step[3:]) < converged * voxel_m:

@@ -22,6 +22,7 @@ from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import DepthMap
 from vigg_ros.registration.rigid import angle_rad, inverse, transform
 from vigg_ros.registration.stages import stage
+from vigg_ros.sensors.observation import Note
 
 GRID_SHAPE = (60, 80)
 """Rows and columns of cells; 8 pixels a side of 640x480, finer than any body part that matters."""
@@ -192,3 +193,16 @@ def _cell_minima(values: NDArray[np.float32], shape: tuple[int, int]) -> NDArray
     window = [-(-pixels // cells) for pixels, cells in zip(values.shape, shape, strict=True)]
     minima = cv2.erode(values, np.ones(window, np.uint8), anchor=(0, 0))
     return np.asarray(cv2.resize(minima, shape[::-1], interpolation=cv2.INTER_NEAREST))
+
+
+def body_note(mask: NDArray[np.bool_]) -> Note:
+    """What a recording says once of the body that was found; mask (H, W)."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return Note(
+        "OWN_BODY",
+        f"a part of the image that moves with the camera (columns {columns[0]} to {columns[-1]}, rows {rows[0]} to "
+        f"{rows[-1]})",
+        "left out from here on as the robot's own body, with what else is found of it",
+        "give it by input.mask_image or input.mask_boxes, which hold from the first frame on, or set input.own_body "
+        "to off if it is none",
+    )

@@ -24,7 +24,7 @@ from vigg_ros.tracking.chain import MAX_INTERVAL_S, UncertainPose
 from vigg_ros.tracking.deskew import deskew, mean_skew_m, velocity
 from vigg_ros.tracking.frame_result import Comparison, FrameResult, State
 from vigg_ros.tracking.keyframes import Keyframe, KeyframeBuffer, is_far
-from vigg_ros.tracking.own_body import OwnBody
+from vigg_ros.tracking.own_body import OwnBody, body_note
 from vigg_ros.tracking.stamp_error import displacement, stamp_covariance
 
 MAX_SKEW_VOXELS = 0.1
@@ -168,7 +168,7 @@ class Registrar:
             body.forget_views()
         with suppress(OutOfTime):  # the answer stands
             body.watch(frame, pose.T_parent_child)
-        return () if knew_body or body.mask is None else (_body_note(body.mask),)
+        return () if knew_body or body.mask is None else (body_note(body.mask),)
 
     def _extract(self, frame: Frame, velocity_sensor: NDArray[np.float64] | None) -> Comparison:
         """Features of a frame, which is de-skewed where it can be."""
@@ -289,18 +289,6 @@ def _lost_note(lost_s: float) -> Note:
     return Note(
         "LOST_TIMEOUT", f"no pose for {lost_s:.1f} s", "a new session began, with an odometry frame of its own",
         "keyframes.lost_timeout_s says after how long; 0 for never",
-    )
-
-
-def _body_note(mask: NDArray[np.bool_]) -> Note:
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-    return Note(
-        "OWN_BODY",
-        f"a part of the image that moves with the camera (columns {columns[0]} to {columns[-1]}, rows {rows[0]} to "
-        f"{rows[-1]})",
-        "left out from here on as the robot's own body, with what else is found of it",
-        "give it by input.mask_image or input.mask_boxes, which hold from the first frame on, or set input.own_body "
-        "to off if it is none",
     )
 
 

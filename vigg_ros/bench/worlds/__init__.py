@@ -12,11 +12,11 @@ from vigg_ros.bench.worlds.ambiguous_scenes import (
 )
 from vigg_ros.bench.worlds.interiors import DOOR_M, kitchen_row, shelf, workshop
 from vigg_ros.bench.worlds.lidar import LidarModel, LidarScan, render_lidar, scan_lidar
-from vigg_ros.bench.worlds.noise import ImageNoise, KinectNoise, StereoNoise
 from vigg_ros.bench.worlds.paths import Drive, HandheldLoop, Leg, stamps_ns
 from vigg_ros.bench.worlds.render import RollingShutter, render_depth, render_image, render_rgbd
 from vigg_ros.bench.worlds.rooms import room
 from vigg_ros.bench.worlds.scene import Light, Scene
+from vigg_ros.bench.worlds.sensor_noise import ImageNoise, KinectNoise, StereoNoise
 from vigg_ros.bench.worlds.streets import STREET_DRIVE, street
 
 __all__ = [

@@ -24,6 +24,12 @@ MIN_DETERMINED = 1e-6
 
 
 @compiled
+def _first(centre, half, stride):  # pragma: no cover - compiled
+    """The first offset of a window that lies inside the image."""
+    return -half + max(-((centre - half) // stride), 0) * stride
+
+
+@compiled
 def depth_planes(depth_m, camera, step, half, stride):  # pragma: no cover - compiled
     """Planes (H / step, W / step, 5) float32: depth at the centre, unit normal towards the camera, deviation of 1 / z.
 
@@ -45,8 +51,8 @@ def depth_planes(depth_m, camera, step, half, stride):  # pragma: no cover - com
             edge = EDGE_SHARE * w0 + EDGE_W
             n = 0
             su = sv = sw = suu = svv = suv = suw = svw = sww = 0.0
-            for dv in range(max(-half, -(v // stride) * stride), min(half, height - 1 - v) + 1, stride):
-                for du in range(max(-half, -(u // stride) * stride), min(half, width - 1 - u) + 1, stride):
+            for dv in range(_first(v, half, stride), min(half, height - 1 - v) + 1, stride):
+                for du in range(_first(u, half, stride), min(half, width - 1 - u) + 1, stride):
                     z = depth_m[v + dv, u + du]
                     if z <= 0:
                         continue
