@@ -238,7 +238,8 @@ def spread(rng, count, agreeing):
         ((60, 4), 100, True),
         ((60, 25), 100, False),  # another motion is there as well
         ((5,), 100, False),  # as chance lets expect of so many tries
-        ((25,), 150, True),
+        ((35,), 150, True),
+        ((25,), 150, False),  # beyond chance, and imprecise
         ((), 100, False),
     ],
 )

@@ -58,8 +58,10 @@ def test_the_period_is_found():
     T_true[0, 3] = 0.07
     pair = Pair(target, source, no_matches(), no_matches(), CONFIG)
     shifted = repeated_motion(pair, T_true)
-    # Keypoints are located to about a pixel, 5 mm here; the mean of some dozen vectors to less.
-    assert np.linalg.norm(shifted[:3, 3] - T_true[:3, 3]) == pytest.approx(0.5, abs=0.01)
+    periods = (shifted[:3, 3] - T_true[:3, 3]) / 0.5
+    assert np.abs(periods).max() > 0.9
+    # Along either axis of the print. Keypoints are located to about a pixel, 5 mm here; the mean of dozens to less.
+    np.testing.assert_allclose(periods, np.rint(periods), atol=0.02)
 
 
 def test_a_furnished_room_does_not_repeat(studio):

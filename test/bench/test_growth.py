@@ -59,4 +59,4 @@ def test_a_profile_names_the_kernels(capsys: pytest.CaptureFixture[str]) -> None
     printed = capsys.readouterr().out
     assert "configuration rgbd, by what the bag holds" in printed
     assert "own ms per frame" in printed
-    assert "projective_icp_residuals (projective_icp.py:" in printed
+    assert "depth_planes (depth_planes.py:" in printed

@@ -130,10 +130,10 @@ def test_pauses_and_keyframes_on_request(harness, views):
 def test_other_options_hold_from_the_next_frame_on(harness, views):
     harness.send(views[0], 0)
     harness.wait(1)
-    harness.scheduler.configure(CONFIG.replace({"acceptance.max_false_alarms": 1e-300}), max_rate_hz=0.0)
+    harness.scheduler.configure(CONFIG.replace({"acceptance.min_overlap": 1.0}), max_rate_hz=0.0)
     harness.send(views[1], 1)
     assert harness.wait(2)[-1] == "LOST"
-    assert harness.results[-1].reason == "TOO_FEW_INLIERS"
+    assert harness.results[-1].reason == "LOW_OVERLAP"
 
 
 def test_a_mount_that_is_not_known_refuses_the_frame(harness, views):

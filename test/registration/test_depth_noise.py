@@ -65,16 +65,6 @@ def test_planes_of_a_plane_are_that_plane() -> None:
     assert planes.grid[shown][:, 4].max() < 1e-6
 
 
-def test_a_plane_tells_the_depth_between_its_pixels() -> None:
-    normal, distance_m = np.array(SLANTED[0]), SLANTED[1]
-    planes = planes_of(plane_depth(*SLANTED))
-    rng = np.random.default_rng(0)
-    pixels = rng.uniform((100, 60), (300, 220), (500, 2))
-    expected = distance_m / (CAMERA.lift(pixels, np.ones(500)) @ normal)
-    np.testing.assert_allclose(planes.depth_at(pixels), expected, rtol=1e-4)
-    assert np.isnan(planes_of(np.zeros((240, 320))).depth_at(pixels)).all()
-
-
 def test_no_plane_reaches_across_an_edge() -> None:
     depth_m = np.where(np.arange(320) < 160, 1.0, 2.0) * np.ones((240, 1))
     grid = planes_of(depth_m).grid

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vigg_ros.acceptance.appearance import Appearance, correlation
+from vigg_ros.acceptance.sight import Sight, sights
 from vigg_ros.acceptance.significance import (
     MINIMAL,
     cell_weights,
@@ -22,17 +23,10 @@ from vigg_ros.acceptance.significance import (
 )
 from vigg_ros.registration.config import Config
 from vigg_ros.registration.features import Features
-from vigg_ros.registration.matches import CLOSE_SHARE, Matches
+from vigg_ros.registration.matches import Matches
 from vigg_ros.registration.result import Evidence
-from vigg_ros.registration.rigid import inverse, transform
 from vigg_ros.registration.stages import stage
 from vigg_ros.registration.visual import Keypoints
-
-TOLERANCE_VOXELS, TOLERANCE_SIGMAS = 2.0, 3.0
-"""How far apart surfaces may lie and still coincide: the grid, and the noise of both frames where they are seen."""
-
-MIN_INCIDENCE = 0.2
-"""Cosine between line of sight and normal below which a distance along the ray says little."""
 
 CELL_VOXELS = 8.0
 """Geometric matches nearer than this agree together: their features describe much the same surface."""
@@ -203,7 +197,7 @@ def _match_weights(matches: Matches, cell_m: float) -> NDArray[np.float64]:
 @stage("verification")
 def assess(pair: Pair, T_target_source: NDArray[np.float64]) -> Candidate:
     """How the two frames agree under a motion: surfaces, free space, matches."""
-    seen = sights(pair, T_target_source)
+    seen = sights(pair.target, pair.source, T_target_source, pair.config)
     forward, backward = (agreement(sight.behind_m, sight.tolerance_m) for sight in seen)
     mean = Agreement(
         overlap=(forward.overlap + backward.overlap) / 2,
@@ -234,7 +228,7 @@ def _count_cells(pair: Pair, seen: tuple[Sight, Sight]) -> NDArray[np.float64]:
 @stage("aliases")
 def seen_cells(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray[np.float64]:
     """Independent cells of surface (3,) that coincide, lie in free space, and are hidden under a motion."""
-    return _count_cells(pair, sights(pair, T_target_source))
+    return _count_cells(pair, sights(pair.target, pair.source, T_target_source, pair.config))
 
 
 def visual_false_alarms(pair: Pair, T_target_source: NDArray[np.float64], inliers: NDArray[np.bool_]) -> float:
@@ -257,67 +251,15 @@ def chances_of(pair: Pair, T_target_source: NDArray[np.float64]) -> tuple[float,
     return visual, geometric
 
 
-@dataclass(frozen=True, slots=True)
-class Sight:
-    """N patches of one frame, seen from the other."""
-
-    row: NDArray[np.int64]
-    points: NDArray[np.float64]
-    """(N, 3) in the viewer's frame."""
-    behind_m: NDArray[np.float64]
-    """(N,) behind the surface that the viewer saw there; NaN where it saw nothing."""
-    tolerance_m: NDArray[np.float64]
-
-    def kinds(self) -> NDArray[np.bool_]:
-        """(3, N): coinciding, in free space, and hidden."""
-        with np.errstate(invalid="ignore"):
-            return np.array((
-                np.abs(self.behind_m) <= self.tolerance_m,
-                self.behind_m < -self.tolerance_m,
-                self.behind_m > self.tolerance_m,
-            ))
-
-
-def sights(pair: Pair, T_target_source: NDArray[np.float64]) -> tuple[Sight, Sight]:
-    """The source's patches seen from the target, and the target's from the source."""
-    return (
-        _see(pair.target, pair.source, T_target_source, pair.config),
-        _see(pair.source, pair.target, inverse(T_target_source), pair.config),
-    )
-
-
-def _see(viewer: Features, other: Features, T_viewer_other: NDArray[np.float64], config: Config) -> Sight:
-    """Look at the other frame's patches with the viewer's lines of sight, where these meet them squarely.
-
-    Ground seen at a flat angle would agree with any motion along it: with none at all, above all.
-    """
-    points = transform(T_viewer_other, other.patches.points)
-    normals = other.patches.normals @ T_viewer_other[:3, :3].T
-    distance_m = np.linalg.norm(points, axis=1)
-    towards = -np.einsum("ni,ni->n", points, normals)
-    squarely = np.abs(towards) > MIN_INCIDENCE * distance_m
-    own_m = np.linalg.norm(other.patches.points, axis=1)
-    sigma_m = np.hypot(viewer.noise.sigma_m(distance_m), other.noise.sigma_m(own_m))
-    grid_m = TOLERANCE_VOXELS * config.geometric.voxel_size_m
-    if sigma_m.any():  # the paper's method knows no noise
-        grid_m = np.minimum(grid_m, CLOSE_SHARE * distance_m)
-    tolerance_m = (grid_m + TOLERANCE_SIGMAS * sigma_m)[squarely]
-    behind_m = viewer.view.behind(points[squarely])
-    # A surface that turns its back cannot be the one that was seen in its place.
-    behind_m[(towards[squarely] < 0) & (np.abs(behind_m) <= tolerance_m)] = -np.inf
-    return Sight(np.flatnonzero(squarely), points[squarely], behind_m, tolerance_m)
-
-
 @stage("verification")
 def photometric_correlation(pair: Pair, T_target_source: NDArray[np.float64]) -> float:
     """How alike both images show the surfaces that coincide under a motion; see ``appearance.correlation``."""
     seen = []
-    for viewer, other, T in (
-        (pair.target, pair.source, T_target_source), (pair.source, pair.target, inverse(T_target_source))
+    for sight, viewer, other in zip(
+        sights(pair.target, pair.source, T_target_source, pair.config),
+        (pair.target, pair.source), (pair.source, pair.target), strict=True,
     ):
-        sight = _see(viewer, other, T, pair.config)
-        with np.errstate(invalid="ignore"):
-            on_it = np.abs(sight.behind_m) <= sight.tolerance_m
+        on_it = sight.kinds()[0]
         own = other.patches.points[sight.row[on_it]].astype(np.float64)
         viewed, shown = Appearance.of(viewer.frame), Appearance.of(other.frame)
         seen.append((viewed.at(sight.points[on_it]), shown.at(own)))

@@ -58,8 +58,10 @@ def polish(pair: Pair, motions: Sequence[NDArray[np.float64]]) -> list[Fit]:
     config = pair.config
     fits = []
     for motion in motions:
-        visual = pair.visual.select(inliers_of(pair.visual, motion, config))
-        aligned = alignment(pair.target, pair.source, visual, config)
+        inliers = inliers_of(pair.visual, motion, config)
+        if config.acceptance.enabled and visual_false_alarms(pair, motion, inliers) > 0:
+            inliers[:] = False  # as many agree with some motion by chance: they tell nothing of this one
+        aligned = alignment(pair.target, pair.source, pair.visual.select(inliers), config)
         fits.append(
             refine(aligned, motion, iterations=config.refinement.iterations, voxel_m=config.geometric.voxel_size_m)
         )
@@ -232,6 +234,8 @@ def _motion_sigma(fit: Fit) -> tuple[float, float]:
 
 def _repeated_shift_m(pair: Pair, candidate: Candidate) -> float:
     """Distance to another motion that the images show as well and the surfaces do not contradict; else NaN."""
+    if candidate.visual_log10_nfa > -needed_log10(pair.config):
+        return math.nan  # the images have not chosen the answer, so neither have they chosen among copies
     for find in (repeated_motion, shifted_motion):
         T_repeated = find(pair, candidate.T_target_source)
         if T_repeated is not None and surfaces_allow(assess(pair, T_repeated).agreement, pair.config):

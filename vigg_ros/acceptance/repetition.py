@@ -90,6 +90,8 @@ def shifted_motion(pair: Pair, T_target_source: NDArray[np.float64]) -> NDArray[
     alike = cdist(shifts, shifts) < threshold_m
     together = alike @ weights
     most = int(together.argmax())
+    if together[most] < MIN_REPEATED_SHARE * float(pair.visual_weights[~outside].sum()):
+        return None
     T_shifted = T_target_source.copy()
     T_shifted[:3, 3] += shifts[alike[most]].mean(axis=0)
     chance, _ = chances_of(pair, T_shifted)

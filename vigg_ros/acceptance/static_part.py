@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vigg_ros.acceptance.agreement import Pair, Sight, sights
+from vigg_ros.acceptance.agreement import Pair
+from vigg_ros.acceptance.sight import Sight, sights
 from vigg_ros.registration.features import Features
 from vigg_ros.registration.frame import Frame
 from vigg_ros.registration.geometry import DepthMap
@@ -52,7 +53,7 @@ def is_possible(pair: Pair) -> bool:
 
 def region_of(pair: Pair, T_target_source: NDArray[np.float64], *, coinciding: bool) -> Region:
     """Where the surfaces coincide under a motion, or where they contradict it."""
-    forward, backward = sights(pair, T_target_source)
+    forward, backward = sights(pair.target, pair.source, T_target_source, pair.config)
     source, source_share = _cells(pair.source, forward, coinciding=coinciding)
     target, target_share = _cells(pair.target, backward, coinciding=coinciding)
     return Region(target, source, max(source_share, target_share))

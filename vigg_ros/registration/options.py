@@ -193,9 +193,9 @@ class AcceptanceConfig:
         0.6, "coinciding share of the surface that both sensors should see; lower where things move", low=0.0, high=1.0
     )
     max_false_alarms: float = option(
-        1e-3,
-        "false alarms per registration: how often chance may show as much as speaks for an answer; lower to be surer, "
-        "higher for more answers",
+        1e-5,
+        "false alarms per registration: how often chance may show as much as speaks for an answer; 1e-5 is one an hour "
+        "at 30 Hz; lower to be surer, higher for more answers",
         low=1e-300, high=1.0,
     )
 

@@ -29,6 +29,10 @@ distance. A new detector, learned or not, is one more entry of ``DETECTORS``.
 MIN_CONTRAST = 0.02
 """Of SIFT keypoints. Half of OpenCV's usual threshold, as a reduced image has half the noise."""
 
+SIFT_OFFSET_PX = np.float32(0.25)
+"""OpenCV's SIFT doubles the image without minding where the pixels' centres go, so that keypoints lie a quarter of a
+pixel too far right and down (so in 4.6 to 5.0; from 4.8 on ``enable_precise_upscale`` mends it, by default off)."""
+
 ORB_PATCH_PX = 31
 """Side of the patch that an ORB descriptor covers."""
 
@@ -65,7 +69,8 @@ def detect_sift(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np
     if descriptors is None:
         return np.empty((0, 2), np.float32), np.empty((0, 128), np.float32)
     length = np.linalg.norm(descriptors, axis=1, keepdims=True)
-    return cv2.KeyPoint.convert(keypoints), (descriptors / np.maximum(length, 1e-9)).astype(np.float32)
+    pixels = np.maximum(cv2.KeyPoint.convert(keypoints) - SIFT_OFFSET_PX, 0)
+    return pixels, (descriptors / np.maximum(length, 1e-9)).astype(np.float32)
 
 
 def detect_orb(grey: NDArray[np.uint8], max_keypoints: int) -> tuple[NDArray[np.float32], NDArray[Any]]:

@@ -38,7 +38,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_comparison_arguments(parser, presets=False)
     add_examples(
         parser,
-        "vigg evaluate rendered --pairs 20",
         "vigg evaluate rendered --pairs 40 --kinds 'small motion,far depth'",
         "vigg evaluate rendered --pairs 100 --methods default paper --jobs 2 --output rendered",
     )
