@@ -48,7 +48,7 @@ class Failure:
 def draw(arguments: Sequence[str], data: Path, folder: Path, images: Path, count: int) -> list[Failure]:
     """Pictures of the worst failures of a run; older ones of the same run are removed."""
     prefix = f"failure_{folder.name}_"
-    for old in images.glob(f"{prefix}*.jpg"):
+    for old in images.glob(f"{prefix}[0-9]*.jpg"):
         old.unlink()
     failures = []
     for number, row in enumerate(worst(folder, count), 1):

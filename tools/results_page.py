@@ -36,7 +36,9 @@ def block(command: str, folder: Path) -> str:
     for path in sorted(folder.glob("*.json")):
         content = json.loads(path.read_text(encoding="utf-8"))
         if "reliability" in content:
-            parts.append(reliability_table(content["reliability"]))
+            # Of the first method, which the page is about; reliability.csv has the others.
+            first = content["reliability"][0]["method"]
+            parts.append(reliability_table([one for one in content["reliability"] if one["method"] == first]))
         else:
             parts.append(table(content["summaries"], title_of(path.stem)))
     return "\n\n".join(parts)
