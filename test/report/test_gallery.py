@@ -93,12 +93,12 @@ def test_memory_holds_a_few_frames_however_long_the_replay():
 @pytest.mark.parametrize(
     ("evidence", "margin"),
     [
-        # Presets: overlap over 0.1, consistency over 0.6, NFA 1e-3; the limits of the others in acceptance/limits.py.
+        # Presets: overlap over 0.1, consistency over 0.6, NFA 1e-5; the limits of the others in acceptance/limits.py.
         ({"overlap": 0.55}, 0.5),
         ({"consistency": 0.7}, 0.25),
-        ({"log10_nfa": -6.0}, 0.5),
+        ({"log10_nfa": -10.0}, 0.5),
         ({"match_log10_p": -2.5}, 0.2),  # of -2
-        ({"lead_log10": 4.0}, 0.25),
+        ({"lead_log10": 10.0}, 0.5),
         ({"conflict": 0.15}, 0.25),  # of 0.2
         ({"photometric_correlation": 0.44}, 0.2),  # from 0.3 to 1
         ({"photometric_correlation": np.nan, "overlap": 0.55}, 0.5),
