@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from vigg_ros.bench.worlds import HandheldLoop, StereoNoise, render_rgbd, workshop
 from vigg_ros.bench.worlds.poses import Pose, look_at
-from vigg_ros.registration import Camera, Config, Features, Frame, extract, register
+from vigg_ros.registration import Camera, Config, Features, Frame, Reason, Rejection, extract, register
 from vigg_ros.registration.alignment import Residuals, curvature_of, patch_of
 from vigg_ros.registration.depth_alignment import PIXEL_SIGMA_SHARE, DepthAlignment, DepthSurface
 from vigg_ros.registration.features import alignment
@@ -227,3 +227,36 @@ def test_far_noisy_depth_does_not_veto_a_right_answer(sigma_px: float) -> None:
     found = answer(register(seen[0], seen[1], CONFIG))
     assert_near(found.T_target_source, truth(*poses), rotation_deg=0.1, translation_m=0.006)
     assert normalised_error(found, truth(*poses)) < stats.chi2(6).ppf(0.9999)
+
+
+@pytest.mark.parametrize("filled", [0.6, 0.2])
+def test_depth_with_many_holes_is_aligned_in_space(filled: float, studio: Studio) -> None:
+    """As depth registered to a larger image comes: no window is filled enough for a plane, yet the points are there."""
+    poses = looking(), looking((0.06, 0.02, 0), (0.03, 0, 0.02))
+    seen = []
+    for seed, pose in enumerate(poses):
+        frame = studio.frame(pose, seed)
+        holes = np.random.default_rng(10 + seed).random(frame.geometry.depth_m.shape) > filled
+        depth_m = np.where(holes, np.float32(0), frame.geometry.depth_m)
+        seen.append(extract(Frame.from_depth(frame.image, depth_m, frame.camera), Config()))
+    assert seen[0].depth_surface is None
+    found = answer(register(*seen, Config()))
+    assert_near(found.T_target_source, truth(*poses), rotation_deg=0.5, translation_m=0.02)
+
+
+def test_frames_beyond_the_reach_of_their_surface_are_refused(studio: Studio) -> None:
+    """Keypoints without a patch near them: NO_DEPTH, and nothing else is searched."""
+    frame = studio.frame(looking(), 1)
+    far = Frame.from_depth(frame.image, np.full_like(frame.geometry.depth_m, 5.0), frame.camera)
+    config = Config().replace({"noise.model": "stereo"})
+    outcome = register(extract(far, config), extract(far, config), config)
+    assert isinstance(outcome, Rejection)
+    assert outcome.reason is Reason.NO_DEPTH
+
+
+def test_depth_that_stands_for_nothing_is_none(studio: Studio) -> None:
+    """Some drivers write the largest float where nothing was measured."""
+    frame = studio.frame(looking(), 1)
+    depth_m = frame.geometry.depth_m.copy()
+    depth_m[::3] = np.finfo(np.float32).max
+    assert (Frame.from_depth(frame.image, depth_m, frame.camera).geometry.depth_m[::3] == 0).all()

@@ -130,7 +130,8 @@ def has_decisive_winner(pair: Pair, few: Hypotheses) -> bool:
 def images_show_another(answer: Registration, candidates: Sequence[Candidate], pair: Pair) -> bool:
     """Whether visual matches show, beyond chance, that most of the view moves otherwise than an answer by shapes."""
     config = pair.config
-    if not (config.acceptance.enabled and is_possible(pair)) or is_visually_borne(answer.evidence, config):
+    can_part = config.acceptance.enabled and is_possible(pair.target, pair.source)
+    if not can_part or is_visually_borne(answer.evidence, config):
         return False
     threshold_m, level = config.cliques.inlier_threshold_m, -needed_log10(config)
     others = [

@@ -46,9 +46,9 @@ class Region:
         return _without(pair.target.frame, self.target), _without(pair.source.frame, self.source)
 
 
-def is_possible(pair: Pair) -> bool:
+def is_possible(target: Features, source: Features) -> bool:
     """Whether regions can be told: both frames are depth images."""
-    return all(isinstance(features.frame.geometry, DepthMap) for features in (pair.target, pair.source))
+    return all(isinstance(features.frame.geometry, DepthMap) for features in (target, source))
 
 
 def region_of(pair: Pair, T_target_source: NDArray[np.float64], *, coinciding: bool) -> Region:
@@ -64,7 +64,7 @@ def _cells(features: Features, sight: Sight, *, coinciding: bool) -> tuple[NDArr
     frame, patches, kinds = features.frame, features.patches.points, sight.kinds()
     assert isinstance(frame.geometry, DepthMap)
     height, width = frame.geometry.depth_m.shape
-    step = max(width // COLUMNS, 1)
+    step = max(min(width // COLUMNS, height), 1)
     v, u = np.mgrid[step // 2 : height : step, step // 2 : width : step]
     shape = v.shape
     points = frame.points_at(np.column_stack((u.ravel(), v.ravel())).astype(np.float64))

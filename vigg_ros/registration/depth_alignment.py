@@ -146,9 +146,11 @@ class DepthAlignment:
         depth_m = self.matches.source[:, 2], self.matches.target[:, 2]
         noises = self.source.noise, self.target.noise
         value, jacobian = [], []
-        for (error, slope, of_point), line, z, noise in zip((forward, backward), lines, depth_m, noises, strict=True):
+        for (error, slope, of_point), line, z, noise, camera in zip(
+            (forward, backward), lines, depth_m, noises, self._cameras, strict=True
+        ):
             shift = np.einsum("nij,nj->ni", of_point, line) * (noise.sigma_m(z) / z)[:, None]
-            whitened, moved = _whitened(error, slope, shift, PIXEL_SIGMA_SHARE * self._cameras[0].width_px)
+            whitened, moved = _whitened(error, slope, shift, PIXEL_SIGMA_SHARE * camera.width_px)
             value.append(whitened)
             jacobian.append(moved)
         both = np.concatenate(value, axis=1)

@@ -89,8 +89,8 @@ class Features:
 
     @cached_property
     def depth_surface(self) -> DepthSurface | None:
-        """The planes of a depth image, to be aligned."""
-        if self.planes is None:
+        """The planes of a depth image, to be aligned; None of one that has too many holes for planes."""
+        if self.planes is None or not self.planes.is_dense:
             return None
         geometric = self.config.geometric
         return DepthSurface.of(self.planes, self.noise, near_m=geometric.min_range_m, far_m=geometric.max_range_m)
@@ -113,7 +113,9 @@ def extract(frame: Frame, config: Config) -> Features:
     with ThreadPoolExecutor(max_workers=1, thread_name_prefix="keypoints") as beside:
         detecting = beside.submit(copy_context().run, partial(_keypoints, frame, config, config.visual.max_pixels))
         planes = DepthPlanes.of(frame.geometry) if isinstance(frame.geometry, DepthMap) else None
-        noise = noise_of(planes, config.noise)
+        noise = noise_of(
+            planes, config.noise, near_m=config.geometric.min_range_m, far_m=config.geometric.max_range_m
+        )
         surface = build_surface(frame.points(), config.geometric, noise)
         patches = build_patches(surface, config.geometric)
         view = frame.geometry.view()

@@ -54,7 +54,7 @@ class Frame:
             )
         with np.errstate(over="ignore"):  # what float32 cannot hold is infinite in it
             metres = depth_m.astype(np.float32)
-        metres[~(np.isfinite(metres) & (metres > 0))] = 0
+        metres[~((metres > 0) & (metres < MAX_COORDINATE_M))] = 0  # nor does NaN pass
         return cls(image, camera, DepthMap(camera, metres), int(stamp_ns))
 
     @classmethod

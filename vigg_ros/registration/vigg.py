@@ -116,13 +116,13 @@ def align_static_part(target: Features, source: Features, config: Config, refuse
     One part is what coincides under the motion that most visual matches show: the own body, a thing that is carried
     past, or the world. The other is what contradicts it. Each must be an answer of its own without the other.
     """
-    is_settled = refused.reason is Reason.AMBIGUOUS or not len(target.keypoints) or not len(source.keypoints)
-    if not config.acceptance.enabled or is_settled:
+    is_settled = refused.reason is Reason.AMBIGUOUS or frame_objection(target, source, config) is not None
+    if not (config.acceptance.enabled and is_possible(target, source)) or is_settled:
         return refused
     visual = match_visual(target.fine_keypoints, source.fine_keypoints, config.visual)
     pair = Pair(target, source, visual, no_matches(), config, in_full=True)
     seen = by_significance(pair, propose(visual, no_matches(), config.cliques))
-    if not len(seen) or not is_possible(pair):
+    if not len(seen):
         return refused
     first = assess(pair, polish(pair, [seen.T_target_source[0]])[0].T_target_source)
     if not is_visually_borne(first.described_by(Evidence()), config):

@@ -74,7 +74,7 @@ class KeyframeBuffer:
     def others(self, position: NDArray[np.float64], count: int, turn: int) -> list[Keyframe]:
         """Some keyframes besides the reference, nearest to a position (3,) first.
 
-        ``turn`` counts the frames lost so far: each turn tries the next ones, so that all are tried in time.
+        ``turn`` counts the searches so far: each turn tries the next ones, so that all are tried in time.
         """
         rest = [keyframe for keyframe in self._keyframes if keyframe is not self._reference]
         rest.sort(key=lambda keyframe: float(np.linalg.norm(keyframe.pose.T_parent_child[:3, 3] - position)))

@@ -156,7 +156,7 @@ class Registrar:
 
     def _without_body(self, frame: Frame) -> Frame:
         """The frame without the robot's own body, as far as it is known and the camera is the same."""
-        mask = self._own_body.mask
+        mask = self._own_body.mask if self._config.input.own_body == "auto" else None
         return frame if mask is None or mask.shape != frame.image.shape[:2] else frame.masked(mask)
 
     def _watch_body(self, frame: Frame, pose: UncertainPose, state: State) -> tuple[Note, ...]:
