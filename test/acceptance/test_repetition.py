@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from vigg_ros.acceptance.agreement import Pair
-from vigg_ros.acceptance.repetition import repeated_motion
+from vigg_ros.acceptance.repetition import repeated_motion, shifted_motion
 from vigg_ros.registration import Camera, Config, Frame, Registration, extract, register
-from vigg_ros.registration.matches import no_matches
+from vigg_ros.registration.matches import Matches, no_matches
 from vigg_ros_testing.registration_samples import looking
 
 CONFIG = Config()
@@ -62,6 +62,24 @@ def test_the_period_is_found():
     assert np.abs(periods).max() > 0.9
     # Along either axis of the print. Keypoints are located to about a pixel, 5 mm here; the mean of dozens to less.
     np.testing.assert_allclose(periods, np.rint(periods), atol=0.02)
+
+
+@pytest.mark.parametrize(("others", "is_shown"), [(0, False), (12, False), (30, True)])
+def test_matches_that_chose_another_copy_show_its_shift(others, is_shown):
+    """60 matches agree with no motion, ``others`` with a shift by 1.2 m, the rest of 150 with nothing.
+
+    Twelve are beyond chance, but too few beside sixty to be copies of the same things.
+    """
+    rng = np.random.default_rng(0)
+    source, target = rng.uniform(-3, 3, (2, 150, 3))
+    target[:60] = source[:60]
+    target[60 : 60 + others] = source[60 : 60 + others] + (0, 1.2, 0)
+    rows = np.arange(150)
+    visual = Matches(target, source, np.ones(150), rows, rows, np.zeros(150))
+    found = shifted_motion(Pair(None, None, visual, no_matches(), CONFIG), np.eye(4))
+    assert (found is not None) == is_shown
+    if is_shown:
+        np.testing.assert_allclose(found[:3, 3], (0, 1.2, 0), atol=0.02)
 
 
 def test_a_furnished_room_does_not_repeat(studio):

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from vigg_ros.bench.worlds import HandheldLoop, StereoNoise, render_rgbd, workshop
 from vigg_ros.bench.worlds.poses import Pose, look_at
 from vigg_ros.registration import Camera, Config, Features, Frame, Reason, Rejection, extract, register
-from vigg_ros.registration.alignment import Residuals, curvature_of, patch_of
+from vigg_ros.registration.alignment import curvature_of, patch_of
 from vigg_ros.registration.depth_alignment import PIXEL_SIGMA_SHARE, DepthAlignment, DepthSurface
 from vigg_ros.registration.features import alignment
 from vigg_ros.registration.geometry import DepthMap
@@ -144,17 +144,6 @@ def test_the_curvature_is_the_derivative_of_the_weighted_residuals(dimensions: i
     size = np.linalg.norm(drawn, axis=1) / np.sqrt(dimensions)
     weight = np.mean(1 / (1 + (size / sigma) ** 2))
     assert curvature_of(size, sigma, dimensions) == pytest.approx(np.mean(derivative) / weight, rel=1e-3)
-
-
-def test_a_share_of_residuals_pulls_and_knows_as_much_less() -> None:
-    rng = np.random.default_rng(3)
-    whole = Residuals(
-        rng.normal(size=40), rng.normal(size=(40, 6)), rng.uniform(1, 2, 40), np.arange(40), np.ones(40), 0.7, True
-    )
-    part = whole.scaled(0.3)
-    np.testing.assert_allclose(part.information, 0.3 * whole.information)
-    np.testing.assert_allclose(part.gradient, 0.3 * whole.gradient)
-    assert (part.curvature, part.shared_floor, len(part)) == (0.7, True, 40)
 
 
 def test_patches_that_lie_opposite_have_numbers_of_their_own() -> None:

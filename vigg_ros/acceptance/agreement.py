@@ -143,11 +143,6 @@ class Candidate:
         """log10 P of what visual and geometric matches and surfaces show; chances (3,) of ``seen_cells``."""
         return self.visual_tail, self.geometric_tail, surface_tail(self.seen_cells, chances)
 
-    @property
-    def inliers(self) -> int:
-        """Matches that agree."""
-        return int(np.count_nonzero(self.visual_inliers) + np.count_nonzero(self.geometric_inliers))
-
     def described_by(self, evidence: Evidence) -> Evidence:
         """The evidence so far, with how the frames agree under this motion."""
         return replace(

@@ -9,7 +9,7 @@ error as large as its sensor makes it (``depth_alignment``).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -60,10 +60,6 @@ class Residuals:
     def gradient(self) -> NDArray[np.float64]:
         """(6,) that the step of least squares solves ``information`` for."""
         return np.asarray(self.jacobian.T @ (self.weight * self.value))
-
-    def scaled(self, share: float) -> Residuals:
-        """The same with this share of its weight."""
-        return replace(self, weight=share * self.weight)
 
 
 class FrameAlignment(Protocol):

@@ -24,8 +24,9 @@ CONVERGED_VOXELS = 0.002
 """A step that moves the surface by less than this ends the rounds."""
 
 MAX_SYSTEMATIC_SHARE = 0.05
-"""Of a motion, what the images may be off by beyond what their matches show: another moment than the depth's, a rolling
-shutter, what calibration left. On two hand-held Kinects images and surfaces disagree by 4 to 15 % of the angle."""
+"""Of a motion, what images and surfaces may each be off by beyond what their matches and points show: another moment
+than the other's, a rolling shutter, what calibration left. On two hand-held Kinects they disagree by 4 to 15 % of the
+angle."""
 
 MIN_TRUST = 1e-4
 """Share of their weight that is left to surfaces which contradict the images altogether."""
@@ -101,8 +102,8 @@ def balance_of(surface: Residuals, visual: Residuals, motion: NDArray[np.float64
 
     Depth has errors that are alike all over the image, such as steps of disparity that stay where they are when the
     camera moves; images have others, and all grow with the motion (6,): what each of its numbers moves the view by.
-    Thousands of points do not average them out, and they show in nothing but the contradiction. It is put down to the
-    images as far as MAX_SYSTEMATIC_SHARE allows, and beyond that to the surfaces (a Birge ratio in two steps).
+    Thousands of points do not average them out, and they show in nothing but the contradiction. It is put down to
+    both alike as far as MAX_SYSTEMATIC_SHARE allows, and beyond that to the surfaces (a Birge ratio in two steps).
     """
     of_images, of_surface = visual.information, surface.information
     if len(surface) == 0 or not _determines(of_images):
